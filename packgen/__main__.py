@@ -1,0 +1,7 @@
+"""``python -m packgen``."""
+
+import sys
+
+from packgen.cli import main
+
+sys.exit(main())

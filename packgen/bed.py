@@ -1,0 +1,112 @@
+"""The bed: spheres at rest in a container, and all that a deck, a report or a solver needs to know of them.
+
+This module is the contract between packgen and every exporter: plain read-only numpy arrays, no torch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int32Array, read_only
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
+
+__all__ = [
+    "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape", "Surface",
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What a solver needs to know of a material; SI units.
+
+    Attributes:
+        name: Name in the scene.
+        youngs_modulus: Young's modulus [Pa].
+        poissons_ratio: Poisson's ratio.
+        restitution: Coefficient of restitution.
+        friction: Coefficient of sliding friction.
+        rolling_friction: Coefficient of rolling friction; 0 leaves the rolling model out.
+    """
+
+    name: str
+    youngs_modulus: float = 1.0e8
+    poissons_ratio: float = 0.3
+    restitution: float = 0.5
+    friction: float = 0.5
+    rolling_friction: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ParticleSet:
+    """A set of spheres with common properties: name, density [kg/m3], and the name of its material."""
+
+    name: str
+    density: float
+    material: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bed:
+    """Spheres at rest in a container.
+
+    Attributes:
+        position: Sphere centres [m], shape (N, 3), float64.
+        radius: Sphere radii [m], shape (N,), float64.
+        set_index: Index into ``particle_sets``, shape (N,), int32.
+        zone_index: Zone that each sphere was placed for, shape (N,), int32.
+        batch_index: Batch (layer) that each sphere arrived with, shape (N,), int32.
+        particle_sets: The sets.
+        materials: The materials that sets and wall use, in the order of the decks' types.
+        wall_material: Name of the walls' material.
+        container: The vessel.
+        gravity: Acceleration of gravity [m/s2], shape (3,), float64.
+        tolerance: Largest overlap asked for, as a fraction of the smaller radius; None: as the optimiser left it.
+        provenance: Version, scene, seed, effective settings; plain data that JSON can hold.
+    """
+
+    position: Float64Array
+    radius: Float64Array
+    set_index: Int32Array
+    zone_index: Int32Array
+    batch_index: Int32Array
+    particle_sets: tuple[ParticleSet, ...]
+    materials: tuple[Material, ...]
+    wall_material: str
+    container: Container
+    gravity: Float64Array
+    tolerance: float | None = 1.0e-6
+    provenance: Mapping[str, Any] = MappingProxyType({})
+
+    def __post_init__(self) -> None:
+        count = len(self.position)
+        for name, dtype, shape in (
+            ("position", np.float64, (None, 3)),
+            ("radius", np.float64, (count,)),
+            ("set_index", np.int32, (count,)),
+            ("zone_index", np.int32, (count,)),
+            ("batch_index", np.int32, (count,)),
+            ("gravity", np.float64, (3,)),
+        ):
+            object.__setattr__(self, name, read_only(getattr(self, name), dtype, shape, f"bed.{name}"))
+
+    @property
+    def count(self) -> int:
+        """Number of spheres."""
+        return len(self.radius)
+
+    @property
+    def density(self) -> Float64Array:
+        """Density of each sphere [kg/m3], shape (N,), float64."""
+        return np.array([each.density for each in self.particle_sets], dtype=np.float64)[self.set_index]
+
+    @property
+    def type_index(self) -> Int32Array:
+        """Index into ``materials`` of each sphere, shape (N,), int32."""
+        names = [material.name for material in self.materials]
+        by_set = np.array([names.index(each.material) for each in self.particle_sets], dtype=np.int32)
+        return by_set[self.set_index]
