@@ -6,7 +6,7 @@ This module is the contract between packgen and every exporter: plain read-only 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -80,7 +80,7 @@ class Bed:
     container: Container
     gravity: Float64Array
     tolerance: float | None = 1.0e-6
-    provenance: Mapping[str, Any] = MappingProxyType({})
+    provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
         count = len(self.position)
