@@ -16,7 +16,8 @@ from packgen.arrays import Float64Array, Int32Array, read_only
 from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
 
 __all__ = [
-    "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape", "Surface",
+    "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
+    "Surface",
 ]  # fmt: skip
 
 
@@ -65,7 +66,7 @@ class Bed:
         wall_material: Name of the walls' material.
         container: The vessel.
         gravity: Acceleration of gravity [m/s2], shape (3,), float64.
-        tolerance: Largest overlap asked for, as a fraction of the smaller radius; None: as the optimiser left it.
+        tolerance: Largest overlap asked for, as a fraction of the smaller radius; None: as Adam left it.
         provenance: Version, scene, seed, effective settings; plain data that JSON can hold.
     """
 
