@@ -1,0 +1,114 @@
+"""Volumes of spheres and containers on one side of a plane, in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.geometry import Ball, Cone, Container, Surface
+
+
+def sphere_volume(radius: Float64Array) -> Float64Array:
+    """Return the volumes [m3] of spheres of the given radii [m], same shape."""
+    volume: Float64Array = (4.0 / 3.0) * np.pi * radius**3
+    return volume
+
+
+def volume_below(height: Float64Array, radius: Float64Array, level: float) -> Float64Array:
+    """Return the part of each sphere's volume below a level.
+
+    Args:
+        height: Heights of the centres [m], shape (N,), float64.
+        radius: Sphere radii [m], shape (N,), float64.
+        level: Height of the cutting plane [m].
+
+    Returns:
+        Volume below the plane [m3], shape (N,), float64: a spherical cap of depth t has pi t^2 (3 r - t) / 3.
+    """
+    depth = np.clip(level - (height - radius), 0.0, 2.0 * radius)
+    volume: Float64Array = np.pi / 3.0 * depth**2 * (3.0 * radius - depth)
+    return volume
+
+
+def container_volume_below(container: Container, up: Float64Array, level: float) -> float:
+    """Return the container's volume below a level.
+
+    Exact for a ball, for a cone or cylinder that stands along ``up``, and for everything bounded by planes; a
+    cone that lies askew is measured by its triangles, scaled to its exact volume.
+
+    Args:
+        container: The vessel.
+        up: Unit vector against gravity, shape (3,), float64.
+        level: Height ``up @ x`` of the cutting plane [m].
+
+    Returns:
+        Volume [m3].
+    """
+    shape = container.shape
+    if isinstance(shape, Ball):
+        return float(volume_below(np.array([shape.center @ up]), np.array([shape.radius]), level)[0])
+    if isinstance(shape, Cone) and abs(abs(float(shape.axis @ up)) - 1.0) < 1e-12:
+        return _cone_volume_below(shape, up, level)
+    whole = surface_volume_below(container.surface, up, np.inf)
+    part = surface_volume_below(container.surface, up, level)
+    return container.volume * part / whole if isinstance(shape, Cone) else part
+
+
+def _cone_volume_below(cone: Cone, up: Float64Array, level: float) -> float:
+    """Volume of an upright frustum below a level: pi h (a^2 + a b + b^2) / 3 with the end radii a and b."""
+    upward = float(cone.axis @ up) > 0.0
+    low = cone.radius_bottom if upward else cone.radius_top
+    high = cone.radius_top if upward else cone.radius_bottom
+    bottom = float(cone.base @ up) - (0.0 if upward else cone.height)
+    depth = min(max(level - bottom, 0.0), cone.height)
+    cut = low + (high - low) * depth / cone.height
+    return float(np.pi * depth * (low**2 + low * cut + cut**2) / 3.0)
+
+
+def surface_volume_below(surface: Surface, up: Float64Array, level: float) -> float:
+    """Return the volume that a surface encloses below a level.
+
+    The surface is clipped by the plane; each remaining triangle spans a tetrahedron with a point of the
+    plane, and their signed volumes add up to the enclosed one, since the cut itself spans none. So an open
+    top needs no lid as long as its rim is level.
+
+    Args:
+        surface: Triangles seen from outside counter-clockwise.
+        up: Unit vector against gravity, shape (3,), float64.
+        level: Height of the cutting plane [m]; above the surface's top: the whole volume up to the top.
+
+    Returns:
+        Volume [m3].
+    """
+    height = surface.vertices @ up
+    top = float(height.max())
+    level = min(level, top)
+    origin = surface.vertices[int(height.argmax())] + (level - top) * up
+    corners = surface.vertices[surface.faces] - origin
+    corners = _clipped(corners, corners @ up)
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+    return float(volume)
+
+
+def _clipped(corners: Float64Array, height: Float64Array) -> Float64Array:
+    """Return the parts of triangles (F, 3, 3) whose corners' ``height`` (F, 3) is below 0, as triangles."""
+    below = height <= 0.0
+    count = below.sum(axis=1)
+    pieces = [corners[count == 3]]
+    for inside in (1, 2):
+        chosen = count == inside
+        part, level = corners[chosen], height[chosen]
+        # Turn each triangle so that its odd corner out comes first.
+        odd = below[chosen] if inside == 1 else ~below[chosen]
+        turn = (odd.argmax(axis=1)[:, None] + np.arange(3)) % 3
+        part = np.take_along_axis(part, turn[:, :, None], axis=1)
+        level = np.take_along_axis(level, turn, axis=1)
+        a, b, c = part[:, 0], part[:, 1], part[:, 2]
+        on_ab = a + (level[:, 0] / (level[:, 0] - level[:, 1]))[:, None] * (b - a)
+        on_ac = a + (level[:, 0] / (level[:, 0] - level[:, 2]))[:, None] * (c - a)
+        if inside == 1:
+            pieces.append(np.stack([a, on_ab, on_ac], axis=1))
+        else:
+            pieces.append(np.stack([on_ab, b, c], axis=1))
+            pieces.append(np.stack([on_ab, c, on_ac], axis=1))
+    return np.concatenate(pieces)
