@@ -65,9 +65,7 @@ def test_pairs_equal_those_of_a_kd_tree():
     position, reach = cloud(np.random.default_rng(3), 2000)
     reach[:] = 0.4
     tree = cKDTree(position.numpy())
-    assert torch.equal(
-        neighbor_pairs(position, reach), torch.from_numpy(expected[np.lexsort(expected.T[::-1])])
-    )
+    assert torch.equal(neighbor_pairs(position, reach), pairs_of(tree, 0.8))
 
 
 def test_pairs_equal_those_of_a_periodic_kd_tree():
