@@ -13,7 +13,7 @@ and a fixed one count once. That is kept: contacts within a batch are twice as s
 `objective` takes a list of the pairs that may overlap and is linear in the spheres; `all_pairs_objective` is
 the formula as printed, differentiated by torch, of cost batch x (batch + fixed). As long as the list holds
 every overlapping pair both are equal to rounding. Where Z has a kink (spheres or walls that just touch,
-centres that coincide) both take the same subgradient: a term of depth zero, or without direction, pulls nothing.
+centres that coincide) both take the same subgradient: a term of no depth, or no direction, pulls nothing.
 """
 
 from __future__ import annotations
