@@ -1,0 +1,72 @@
+"""The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
+
+An exporter knows the bed and the errors of packgen, nothing else of it. Third parties add one through the
+entry-point group ``packgen.exporters``: the entry point's name is the name on the command line, its object
+anything that has the three attributes, a module for example. Ours win over a plug-in of the same name.
+
+Example::
+
+    exporter = exporters.get("liggghts")
+    paths = exporter.write(bed, folder, exporter.Options())
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol, cast
+
+from packgen.bed import Bed
+from packgen.errors import ExportError
+
+__all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "get", "names"]
+
+ENTRY_POINT_GROUP = "packgen.exporters"
+BUILTIN = MappingProxyType({"liggghts": "exporters.liggghts"})
+
+
+class Exporter(Protocol):
+    """What a format's module offers."""
+
+    NAME: str
+    Options: type[Any]
+
+    def write(self, bed: Bed, folder: Path, options: Any) -> list[Path]:
+        """Write ``bed`` into ``folder``, an existing directory, and return the paths of the files.
+
+        Raises:
+            ExportError: The format cannot take this bed.
+        """
+        ...
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of all exporters, ours first, plug-ins after them in alphabetical order."""
+    return (*BUILTIN, *sorted(set(_plugins()) - set(BUILTIN)))
+
+
+def get(name: str) -> Exporter:
+    """Return the exporter called ``name``.
+
+    Raises:
+        ExportError: There is none of that name, or the plug-in that offers it cannot be loaded.
+    """
+    if name in BUILTIN:
+        return cast("Exporter", import_module(BUILTIN[name]))
+    plugin = _plugins().get(name)
+    if plugin is None:
+        raise ExportError(f"export: no exporter is called {name!r}; there are {', '.join(names())}")
+    try:
+        exporter = plugin.load()
+    except Exception as error:
+        raise ExportError(f"export: the plug-in {name!r} ({plugin.value}) does not load: {error}") from error
+    missing = [each for each in ("NAME", "Options", "write") if not hasattr(exporter, each)]
+    if missing:
+        raise ExportError(f"export: the plug-in {name!r} ({plugin.value}) has no {', '.join(missing)}")
+    return cast("Exporter", exporter)
+
+
+def _plugins() -> dict[str, EntryPoint]:
+    return {each.name: each for each in entry_points(group=ENTRY_POINT_GROUP)}

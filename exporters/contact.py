@@ -1,0 +1,86 @@
+"""Materials as a solver wants them: numbered types, coefficients of each pair of types, and the time step.
+
+The rule for a pair of unlike materials: restitution, sliding and rolling friction of the pair are the
+harmonic mean 2ab / (a + b) of the two materials' values, as MercuryDPM mixes its species. Like materials keep
+their value, and a frictionless wall stays frictionless. Young's modulus and Poisson's ratio need no rule: the
+Hertz law takes those of both sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.bed import Bed, Material
+from packgen.errors import ExportError
+
+
+@dataclass(frozen=True, slots=True)
+class Types:
+    """The atom types of a deck, numbered from 1.
+
+    Attributes:
+        materials: The material of each type, in the order of the bed; those that nothing uses are left out,
+            since LIGGGHTS refuses a deck in which type 1 is not used.
+        by_set: Type of each particle set, shape (S,); 0 for a set without spheres whose material is not used.
+        wall: Type of the walls; that of the first spheres where the bed has no wall.
+    """
+
+    materials: tuple[Material, ...]
+    by_set: tuple[int, ...]
+    wall: int
+
+
+def number_types(bed: Bed, *, has_wall: bool = True) -> Types:
+    """Number the materials that the spheres and the walls of a bed use.
+
+    Raises:
+        ExportError: A material is used and not declared.
+    """
+    set_used = np.bincount(bed.set_index, minlength=len(bed.particle_sets)) > 0
+    used = {each.material for each, is_used in zip(bed.particle_sets, set_used, strict=True) if is_used}
+    if has_wall:
+        used.add(bed.wall_material)
+    unknown = sorted(used - {each.name for each in bed.materials})
+    if unknown:
+        raise ExportError(f"materials: {', '.join(unknown)} used, but not declared")
+    materials = tuple(each for each in bed.materials if each.name in used)
+    number = {each.name: index for index, each in enumerate(materials, start=1)}
+    by_set = tuple(number.get(each.material, 0) for each in bed.particle_sets)
+    return Types(materials, by_set, number.get(bed.wall_material, 1))
+
+
+def pair_matrix(values: Sequence[float]) -> list[list[float]]:
+    """Return the harmonic mean of each pair of ``values`` (0 where either is 0), a symmetric (T, T) table."""
+    return [
+        [first if first == second else _harmonic_mean(first, second) for second in values] for first in values
+    ]
+
+
+def _harmonic_mean(first: float, second: float) -> float:
+    return 0.0 if first == 0 or second == 0 else 2 * first * second / (first + second)
+
+
+def rayleigh_time(radius: float, density: float, material: Material) -> float:
+    """Return the time that a Rayleigh wave takes along half the circumference of a sphere [s].
+
+    T = pi r sqrt(rho / G) / (0.1631 nu + 0.8766) with the shear modulus G = E / (2 (1 + nu)); LIGGGHTS
+    manual, page "fix check/timestep/gran".
+    """
+    shear_modulus = material.youngs_modulus / (2 * (1 + material.poissons_ratio))
+    speed_factor = 0.1631 * material.poissons_ratio + 0.8766
+    return float(np.pi * radius * np.sqrt(density / shear_modulus) / speed_factor)
+
+
+def smallest_rayleigh_time(bed: Bed) -> float:
+    """Return the smallest Rayleigh time of all spheres [s]: that of the smallest sphere of one set."""
+    material = {each.name: each for each in bed.materials}
+    smallest = np.full(len(bed.particle_sets), np.inf)
+    np.minimum.at(smallest, bed.set_index, bed.radius)
+    return min(
+        rayleigh_time(float(radius), each.density, material[each.material])
+        for each, radius in zip(bed.particle_sets, smallest, strict=True)
+        if np.isfinite(radius)
+    )

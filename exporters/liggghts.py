@@ -1,0 +1,155 @@
+"""LIGGGHTS-PUBLIC 3.8: ``in.bed``, ``bed.data`` and ``wall.stl``; ``liggghts -in in.bed`` runs them.
+
+Reference: LIGGGHTS manual, pages "read_data", "pair_style gran", "fix mesh/surface", "fix wall/gran". The
+contact model is Hertz with tangential history, and the rolling model epsd2 where a material has rolling
+friction. The input has two parts: the definitions, and the run (dumps, steps, restart). ``-var setup_only 1``
+leaves the second out, so that another script can ``include`` the deck unedited; validation does just that.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from exporters import contact, deck, lammps_data, walls
+from packgen.bed import Bed, Material
+from packgen.errors import ExportError
+
+NAME = "liggghts"
+YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
+YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
+RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
+SPHERE_STEPS = 1.0e8  # work of the deck's own run; it has 100 to 1000 steps
+SORT_BINS_MAX = (
+    1.0e8  # LIGGGHTS sorts spheres by bins of half the neighbour distance and stops beyond 2^31 of them
+)
+NEIGHBOR_BY_SIZE_RATIO = 3.0  # a wider range of radii gets neighbour lists by size
+
+
+class Options(deck.DeckOptions):
+    """What a user may choose of a LIGGGHTS deck.
+
+    Attributes:
+        walls: ``auto``: primitive walls for an axis-parallel box or cylinder, facets for all else; ``mesh``:
+            facets.
+        stl: ``ascii`` (double precision) or ``binary`` (single precision).
+        curvature: Angle up to which facets are one smooth wall [degrees]; None: from the facets.
+        timestep_fraction: Time step as a fraction of the smallest Rayleigh time.
+        steps: Steps of the run; None: 100 to 1000, fewer for larger beds.
+        dumps: Form of the dumps: ``text`` (LAMMPS) or ``vtk``.
+    """
+
+    walls: Literal["auto", "mesh"] = "auto"
+    stl: Literal["ascii", "binary"] = "ascii"
+    curvature: float | None = Field(default=None, gt=0, lt=60)
+    timestep_fraction: float = Field(default=0.1, gt=0, le=0.5)
+    steps: int | None = Field(default=None, ge=0)
+    dumps: Literal["text", "vtk"] = "text"
+
+
+def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+    """Write the deck of a bed into an existing folder and return the paths of its files.
+
+    Raises:
+        ExportError: LIGGGHTS cannot take the bed: it is empty, or a material is outside the limits.
+    """
+    deck.check_exportable(bed, NAME)
+    has_wall = walls.has_wall(bed)
+    types = contact.number_types(bed, has_wall=has_wall)
+    check_materials(types.materials)
+    facets = walls.wall_facets(bed.container) if has_wall else None
+    primitives = walls.primitive_walls(bed.container) if options.walls == "auto" else None
+    if facets is not None and len(facets.triangles) == 0 and primitives is None:
+        raise ExportError(
+            f"{NAME}: no facet of the container's surface is usable; check the mesh and its units"
+        )
+    box = lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
+    values = _values(bed, types, box, options)
+    values["primitives"] = primitives or ()
+    values["mesh"] = _mesh_values(facets, options) if facets is not None and primitives is None else None
+    paths = [deck.write_text(folder / "in.bed", deck.render("liggghts/in.bed.j2", values, options.templates))]
+    title = (
+        f"{bed.count} spheres, packgen {values['version']}, scene {values['scene']}, seed {values['seed']}"
+    )
+    paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box, title))
+    if facets is not None:
+        paths.append(walls.write_stl(folder / "wall.stl", facets.triangles, binary=options.stl == "binary"))
+    return paths
+
+
+def check_materials(materials: tuple[Material, ...]) -> None:
+    """Refuse materials that LIGGGHTS refuses, all at once.
+
+    Raises:
+        ExportError: A value is out of range; the message gives material, value and range.
+    """
+    problems = []
+    for each in materials:
+        name = deck.comment_text(each.name)
+        if not (np.isfinite(each.youngs_modulus) and each.youngs_modulus > 0):
+            problems.append(f"{name}.youngs_modulus: found {each.youngs_modulus} Pa, expected more than 0")
+        if not 0 <= each.poissons_ratio <= 0.5:
+            problems.append(f"{name}.poissons_ratio: found {each.poissons_ratio}, expected 0 to 0.5")
+        if not RESTITUTION_MIN < each.restitution <= 1:
+            problems.append(
+                f"{name}.restitution: found {each.restitution}, expected above {RESTITUTION_MIN}, at most 1"
+            )
+        for key in ("friction", "rolling_friction"):
+            value = getattr(each, key)
+            if not (np.isfinite(value) and value >= 0):
+                problems.append(f"{name}.{key}: found {value}, expected at least 0")
+    if problems:
+        raise ExportError("\n".join(f"{NAME}: materials.{problem}" for problem in problems))
+
+
+def _values(
+    bed: Bed, types: contact.Types, box: np.ndarray[tuple[int, ...], np.dtype[np.float64]], options: Options
+) -> dict[str, Any]:
+    """Return what the template places, but for the walls."""
+    radius_min, radius_max = float(bed.radius.min()), float(bed.radius.max())
+    skin = 0.5 * radius_min
+    bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
+    strength = float(np.linalg.norm(bed.gravity))
+    moduli = [each.youngs_modulus for each in types.materials]
+    steps = options.steps
+    if steps is None:
+        steps = int(np.clip(SPHERE_STEPS / bed.count, 100, 1000))
+    return {
+        **deck.provenance_values(bed),
+        "sphere_count": bed.count,
+        "radius_min": radius_min,
+        "radius_max": radius_max,
+        "type_names": [deck.comment_text(each.name) for each in types.materials],
+        "wall_type": types.wall,
+        "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
+        "sort": bins <= SORT_BINS_MAX,
+        "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
+        "hard": max(moduli) > YOUNGS_MODULUS_HARD,
+        "skin": skin,
+        "neighbor_style": "multi" if radius_max > NEIGHBOR_BY_SIZE_RATIO * radius_min else "bin",
+        "youngs_modulus": moduli,
+        "poissons_ratio": [each.poissons_ratio for each in types.materials],
+        "restitution": contact.pair_matrix([each.restitution for each in types.materials]),
+        "friction": contact.pair_matrix([each.friction for each in types.materials]),
+        "rolling_friction": contact.pair_matrix([each.rolling_friction for each in types.materials]),
+        "rolling": any(each.rolling_friction > 0 for each in types.materials),
+        "timestep": options.timestep_fraction * contact.smallest_rayleigh_time(bed),
+        "timestep_fraction": options.timestep_fraction,
+        "gravity": strength,
+        "gravity_direction": (bed.gravity / strength).tolist() if strength > 0 else [0.0, 0.0, 0.0],
+        "steps": steps,
+        "dump_every": max(1, steps // 10),
+        "dumps": options.dumps,
+    }
+
+
+def _mesh_values(facets: walls.Facets, options: Options) -> dict[str, Any]:
+    return {
+        "count": len(facets.triangles),
+        "dropped": facets.dropped,
+        "is_open": facets.open_edges > 0,
+        "curvature": facets.smooth_angle if options.curvature is None else options.curvature,
+    }

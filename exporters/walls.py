@@ -1,0 +1,246 @@
+"""The walls of a deck: facets that a solver accepts, STL files, and primitive walls where they are exact.
+
+What LIGGGHTS 3.8 does with facets, and what follows (found by running it):
+
+- Two facets whose normals differ by less than the wall's ``curvature`` count as one smooth surface: the edge
+  between them makes no contacts. With too small a value a sphere inside a finely triangulated, hollow surface
+  is pushed by several facets at once. With a value above the angle of an edge that protrudes into the bed,
+  that edge has no contact at all and spheres fall through it. `smooth_angle` therefore takes the hollow edges
+  in and leaves the protruding ones.
+- It stops at two equal facets, and at a facet with an angle below 0.0573 degrees: `clean_facets` drops both.
+- An ASCII STL is read in double precision, a binary one in single precision, in which a wall 32 m up is
+  placed to 2e-6 m only. ASCII is the default, so that the walls of the deck are the walls of the bed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.bed import Bed, Box, Cone, Container, Surface
+from packgen.errors import ExportError
+
+FACET_ANGLE_MIN = 0.06  # degrees; LIGGGHTS' hard limit is 0.001 rad = 0.0573 degrees
+NEIGHBORS_MAX = 5  # facets that share an edge with one facet; more stop LIGGGHTS
+SMOOTH_ANGLE_DEFAULT = 0.2562  # degrees; LIGGGHTS' own
+SMOOTH_ANGLE_MAX = 30.0  # degrees; sharper edges are edges, no triangulated curve
+ROWS_PER_CHUNK = 8192
+
+Float64Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Facets:
+    """The walls as facets that a solver accepts.
+
+    Attributes:
+        triangles: Corners of each facet [m], shape (F, 3, 3), float64.
+        dropped: How many facets were left out because they were degenerate, too narrow or there twice.
+        open_edges: Number of edges that belong to one facet only; 0 for a closed surface.
+        smooth_angle: What to give as ``curvature`` [degrees].
+    """
+
+    triangles: Float64Array
+    dropped: int
+    open_edges: int
+    smooth_angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class PrimitiveWall:
+    """A wall that LIGGGHTS knows by its form.
+
+    Attributes:
+        name: Part of the fix's id.
+        form: Its keyword and numbers, for example ``zplane 0.0`` or ``zcylinder 0.5 0.0 0.0``.
+    """
+
+    name: str
+    form: str
+
+
+def wall_facets(container: Container) -> Facets:
+    """Return the facets of a container's walls, those on periodic sides left out.
+
+    Raises:
+        ExportError: A facet has more neighbours than LIGGGHTS takes.
+    """
+    surface = container.surface
+    keep = ~_on_periodic_side(container)
+    vertices, index = np.unique(surface.vertices, axis=0, return_inverse=True)
+    faces = index.reshape(-1)[surface.faces]
+    good = clean_facets(vertices, faces)
+    # Counted before facets are left out: the hairline that a narrow facet leaves does not open the surface.
+    _, use = np.unique(_edges(faces)[0], axis=0, return_counts=True)
+    faces = faces[keep & good]
+    _check_neighbors(faces)
+    return Facets(
+        triangles=vertices[faces],
+        dropped=int((keep & ~good).sum()),
+        open_edges=int((use == 1).sum()),
+        smooth_angle=smooth_angle(Surface(vertices, faces)),
+    )
+
+
+def clean_facets(vertices: Float64Array, faces: NDArray[np.int64]) -> BoolArray:
+    """Return which facets LIGGGHTS accepts: neither degenerate, nor too narrow, nor a second time the same.
+
+    Args:
+        vertices: Corner positions [m], shape (V, 3), each position once.
+        faces: Corner indices, shape (F, 3).
+
+    Returns:
+        True for the facets to keep, shape (F,).
+    """
+    corners = vertices[faces]
+    side = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    twice_area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    # The smallest angle lies between the two longest sides: sin = twice the area over their product.
+    longest = np.sort(side, axis=1)[:, 1:].prod(axis=1)
+    sine = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
+    first = np.zeros(len(faces), dtype=bool)
+    first[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = True
+    accepted: BoolArray = first & (sine > np.sin(np.radians(FACET_ANGLE_MIN)))
+    return accepted
+
+
+def smooth_angle(surface: Surface) -> float:
+    """Return the angle between neighbouring facets up to which they are one smooth wall [degrees].
+
+    A little more than the largest angle below 30 degrees of the hollow edges (seen from inside the
+    container), yet less than the smallest angle of the edges that protrude into it.
+    """
+    angle, protrudes = edge_angles(surface)
+    hollow = angle[~protrudes & (angle <= SMOOTH_ANGLE_MAX)]
+    ridge = angle[protrudes & (angle > SMOOTH_ANGLE_DEFAULT)]
+    wanted = 1.02 * float(hollow.max(initial=0.0)) + 0.05
+    return max(SMOOTH_ANGLE_DEFAULT, min(wanted, 0.98 * float(ridge.min(initial=np.inf))))
+
+
+def edge_angles(surface: Surface) -> tuple[Float64Array, BoolArray]:
+    """Return the angle between the normals of the two facets at each shared edge.
+
+    Returns:
+        The angles [degrees], shape (E,), and whether the edge protrudes into the volume, shape (E,).
+    """
+    edges, owners = _edges(surface.faces)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owners = edges[order], owners[order]
+    starts = (
+        np.flatnonzero(np.r_[True, (edges[1:] != edges[:-1]).any(axis=1)]) if len(edges) else np.zeros(0, int)
+    )
+    pairs = starts[np.diff(np.r_[starts, len(edges)]) == 2]
+    first, second = owners[pairs], owners[pairs + 1]
+    corners = surface.vertices[surface.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    sine = np.linalg.norm(np.cross(normal[first], normal[second]), axis=1)
+    angle = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", normal[first], normal[second])))
+    # An edge protrudes when the far corner of one facet lies outside the plane of the other.
+    far = corners[second] - surface.vertices[edges[pairs, 0]][:, None]
+    protrudes = np.einsum("ikj,ij->ik", far, normal[first]).sum(axis=1) > 0
+    return angle, protrudes
+
+
+def primitive_walls(container: Container) -> tuple[PrimitiveWall, ...] | None:
+    """Return the walls of an axis-parallel box or cylinder as LIGGGHTS' primitives; None for any other shape.
+
+    The force of a sphere on them is that on a flat wall (effective radius r), as on facets.
+    """
+    shape = container.shape
+    if isinstance(shape, Box):
+        return tuple(
+            PrimitiveWall(f"{axis}_{end}", f"{axis}plane {float(corner[index])!r}")
+            for index, axis in enumerate("xyz")
+            if not container.periodic[index]
+            for end, corner in (("low", shape.min), ("high", shape.max))
+        )
+    if (
+        isinstance(shape, Cone)
+        and shape.radius_bottom == shape.radius_top
+        and np.abs(shape.axis).max() == 1.0
+    ):
+        along = int(np.abs(shape.axis).argmax())
+        across = [float(shape.base[index]) for index in range(3) if index != along]
+        ends = sorted((float(shape.base[along]), float(shape.base[along] + shape.axis[along] * shape.height)))
+        axis = "xyz"[along]
+        return (
+            PrimitiveWall("side", f"{axis}cylinder {float(shape.radius_top)!r} {across[0]!r} {across[1]!r}"),
+            PrimitiveWall(f"{axis}_low", f"{axis}plane {ends[0]!r}"),
+            PrimitiveWall(f"{axis}_high", f"{axis}plane {ends[1]!r}"),
+        )
+    return None
+
+
+def has_wall(bed: Bed) -> bool:
+    """Return whether the container of a bed has a wall: a box that is periodic all round has none."""
+    return not all(bed.container.periodic)
+
+
+def write_stl(path: Path, triangles: Float64Array, *, binary: bool = False) -> Path:
+    """Write facets as an STL file, by default as ASCII in full double precision.
+
+    The head of a binary file does not start with ``solid``, which makes readers take it for ASCII.
+
+    Args:
+        path: The file.
+        triangles: Corners [m], shape (F, 3, 3).
+        binary: Write the binary form, in single precision.
+    """
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    if binary:
+        row = np.dtype([("facet", "<f4", (4, 3)), ("attribute", "<u2")])
+        rows = np.zeros(len(triangles), dtype=row)
+        rows["facet"] = np.concatenate((normal[:, None], triangles), axis=1)
+        path.write_bytes(
+            b"packgen wall, metres".ljust(80, b"\0") + np.uint32(len(rows)).tobytes() + rows.tobytes()
+        )
+        return path
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        file.write("solid wall\n")
+        file.writelines(_ascii_chunks(np.concatenate((normal[:, None], triangles), axis=1)))
+        file.write("endsolid wall\n")
+    return path
+
+
+def _ascii_chunks(facets: Float64Array) -> Iterator[str]:
+    vertex = "  vertex %.17g %.17g %.17g\n"
+    form = f"facet normal %.9g %.9g %.9g\n outer loop\n{vertex}{vertex}{vertex} endloop\nendfacet\n"
+    for start in range(0, len(facets), ROWS_PER_CHUNK):
+        part = facets[start : start + ROWS_PER_CHUNK]
+        yield form * len(part) % tuple(part.ravel().tolist())
+
+
+def _on_periodic_side(container: Container) -> BoolArray:
+    corners = container.surface.vertices[container.surface.faces]
+    size = container.bounds[1] - container.bounds[0]
+    on_side = np.zeros(len(corners), dtype=bool)
+    for axis in np.flatnonzero(container.periodic):
+        for bound in container.bounds[:, axis]:
+            on_side |= (np.abs(corners[:, :, axis] - bound) <= 1e-9 * size[axis]).all(axis=1)
+    return on_side
+
+
+def _edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return edges, np.repeat(np.arange(len(faces)), 3)
+
+
+def _check_neighbors(faces: NDArray[np.int64]) -> None:
+    edges, owners = _edges(faces)
+    _, inverse, use = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    neighbors = np.bincount(owners, weights=use[inverse.reshape(-1)] - 1, minlength=len(faces))
+    crowded = int((neighbors > NEIGHBORS_MAX).sum())
+    if crowded:
+        raise ExportError(
+            f"walls: {crowded} facets share their edges with more than {NEIGHBORS_MAX} others, which"
+            " LIGGGHTS refuses; remove the inner or doubled surfaces of the container's mesh"
+        )

@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+from types import SimpleNamespace
+
+import pytest
+
+import exporters
+from packgen.errors import ExportError
+
+
+def test_every_name_leads_to_an_exporter_of_that_name():
+    assert "liggghts" in exporters.names()
+    for name in exporters.BUILTIN:
+        exporter = exporters.get(name)
+        assert name == exporter.NAME
+        exporter.Options()
+
+
+def test_an_unknown_name_is_refused_with_the_choices():
+    with pytest.raises(ExportError, match="'ligghts'; there are liggghts"):
+        exporters.get("ligghts")
+
+
+def test_a_plug_in_is_found_by_its_entry_point(monkeypatch):
+    points = [EntryPoint("csv", "json:decoder", exporters.ENTRY_POINT_GROUP)]
+    points += [EntryPoint("lost", "no_such_module", exporters.ENTRY_POINT_GROUP)]
+    monkeypatch.setattr(exporters, "entry_points", lambda group: points)
+    assert exporters.names()[-2:] == ("csv", "lost")
+    with pytest.raises(ExportError, match="has no NAME, Options, write"):
+        exporters.get("csv")
+    with pytest.raises(ExportError, match="does not load: No module named 'no_such_module'"):
+        exporters.get("lost")
+
+
+def test_a_plug_in_cannot_replace_one_of_ours(monkeypatch):
+    plugin = SimpleNamespace(name="liggghts", value="x", load=lambda: None)
+    monkeypatch.setattr(exporters, "entry_points", lambda group: [plugin])
+    assert exporters.get("liggghts").NAME == "liggghts"

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from exporters import walls
+from packgen.bed import Ball, Box, Cone, Mesh, Surface
+from packgen.errors import ExportError
+from tests.beds import box_container, box_surface, make_container, revolved_surface
+
+
+def read_stl(path):
+    import meshio
+
+    mesh = meshio.read(path)
+    return mesh.points[mesh.cells_dict["triangle"]]
+
+
+@pytest.mark.parametrize(("binary", "tolerance"), [(False, 0.0), (True, 2e-6)])
+def test_stl_survives_a_round_trip(tmp_path, binary, tolerance):
+    triangles = np.random.default_rng(3).uniform(-30, 30, (20, 3, 3))
+    path = walls.write_stl(tmp_path / "wall.stl", triangles, binary=binary)
+    assert path.read_bytes().startswith(b"solid") is not binary
+    if binary:
+        assert np.allclose(read_stl(path), triangles, rtol=0, atol=tolerance)
+        return
+    rows = [line.split()[1:] for line in path.read_text().splitlines() if line.strip().startswith("vertex")]
+    assert np.array_equal(np.array(rows, dtype=float).reshape(-1, 3, 3), triangles)
+
+
+def test_smooth_angle_is_just_above_the_angle_between_facets_of_a_hollow_surface():
+    drum = revolved_surface([(0, 1), (4, 1)], facets=48)  # 7.5 degrees from facet to facet, 90 at the ends
+    assert 7.5 < walls.smooth_angle(drum) < 8.5
+
+
+def test_smooth_angle_is_below_that_of_edges_that_protrude_into_the_container():
+    waist = revolved_surface([(0, 1.2), (4, 1.0), (8, 1.2)], facets=48)  # 5.7 degrees inwards at half height
+    assert walls.smooth_angle(waist) < np.degrees(2 * np.arctan(0.05))
+    belly = revolved_surface([(0, 1.0), (4, 1.2), (8, 1.0)], facets=48)
+    assert walls.smooth_angle(belly) > 7.5
+
+
+def test_facets_that_liggghts_refuses_are_left_out():
+    box = box_surface((0, 0, 0), (1, 1, 1))
+    vertices = np.concatenate((box.vertices, [[0.5, 0.0, 1e-4], [0.5, 0.0, 1e-2], [1, 0, 0]]))
+    extra = [[0, 1, 8], [0, 0, 1], box.faces[3], box.faces[4][[1, 2, 0]], [0, 1, 9], [1, 10, 6]]
+    container = make_container(Mesh(box), Surface(vertices, np.concatenate((box.faces, extra))), 1.0)
+    facets = walls.wall_facets(container)
+    # A sliver of 0.01 degrees, a line, two doubles and a facet of no area go; one of 1.1 degrees stays.
+    assert facets.dropped == 5
+    assert len(facets.triangles) == 13
+
+
+def test_too_many_neighbors_are_refused():
+    wheel = np.array([[0, 0, 0], [0, 0, 1], *([np.cos(a), np.sin(a), 0] for a in np.arange(7))])
+    surface = Surface(wheel, np.array([[0, 1, 2 + k] for k in range(7)]))
+    with pytest.raises(ExportError, match="7 facets share their edges with more than 5"):
+        walls.wall_facets(make_container(Mesh(surface), surface, 1.0))
+
+
+def test_periodic_sides_have_no_wall():
+    container = box_container((0, 0, 0), (1, 2, 3), periodic=(True, False, False))
+    facets = walls.wall_facets(container)
+    assert len(facets.triangles) == 8
+    assert not (np.ptp(facets.triangles[:, :, 0], axis=1) == 0).any()
+    assert [wall.form.split()[0] for wall in walls.primitive_walls(container)] == ["yplane"] * 2 + [
+        "zplane"
+    ] * 2
+
+
+def test_only_axis_parallel_boxes_and_cylinders_become_primitive_walls():
+    surface = box_surface((-1, -1, -1), (1, 1, 1))
+
+    def forms(shape):
+        primitives = walls.primitive_walls(make_container(shape, surface, 1.0))
+        return primitives and [wall.form for wall in primitives]
+
+    base, z = np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.0, 1.0])
+    assert forms(Cone(base, -z, 2.0, 0.5, 0.5)) == ["zcylinder 0.5 0.1 0.2", "zplane -1.7", "zplane 0.3"]
+    assert forms(Box(base, base + 1))[5] == "zplane 1.3"
+    tilted = np.array([0.0, np.sin(1e-3), np.cos(1e-3)])
+    for shape in (
+        Cone(base, tilted, 2.0, 0.5, 0.5),
+        Cone(base, z, 2.0, 0.5, 0.4),
+        Ball(base, 1.0),
+        Mesh(surface),
+    ):
+        assert forms(shape) is None
