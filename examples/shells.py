@@ -1,0 +1,80 @@
+"""Make the surfaces of the examples: ``python examples/shells.py`` writes the STL files beside itself.
+
+Binary STL holds single precision: corners are rounded to it before the normals are computed.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+# Height and radius [m] of a Midrex-type shaft furnace, the one that the paper packs.
+FURNACE = ((0.0, 1.2), (7.0, 3.25), (26.0, 3.25), (32.0, 1.0))
+# The paper does not give the cone of its Fig. 9. In this one the 200 small spheres of the first zone reach up
+# to about 0.77 m, so that the 300 large ones of the second, between 0.8 and 1.5 m, rest on them.
+CONE = ((0.0, 0.02), (1.8, 0.812))
+SPHERE_HEIGHT, SPHERE_RADIUS = 0.5, 0.55
+
+
+def revolved(profile: tuple[tuple[float, float], ...], facets: int) -> np.ndarray:
+    """Return a closed surface of revolution about z.
+
+    Args:
+        profile: Height and radius [m] from the bottom to the top; a radius of 0 is a tip.
+        facets: Number of facets round the axis.
+
+    Returns:
+        Triangles [m], counter-clockwise from outside, shape (F, 3, 3), float64.
+    """
+    angle = 2.0 * np.pi * np.arange(facets) / facets
+    rings = [np.stack([r * np.cos(angle), r * np.sin(angle), np.full(facets, z)], axis=1) for z, r in profile]
+    triangles = []
+    for lower, upper in pairwise(rings):
+        after_lower, after_upper = np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0)
+        triangles.append(np.stack([lower, after_lower, after_upper], axis=1))
+        triangles.append(np.stack([lower, after_upper, upper], axis=1))
+    bottom, top = rings[0], rings[-1]
+    triangles.append(np.stack([np.zeros_like(bottom), np.roll(bottom, -1, axis=0), bottom], axis=1))
+    triangles.append(np.stack([np.zeros_like(top), top, np.roll(top, -1, axis=0)], axis=1))
+    triangles[-2][:, 0, 2], triangles[-1][:, 0, 2] = profile[0][0], profile[-1][0]
+    return without_degenerate(np.concatenate(triangles))
+
+
+def without_degenerate(triangles: np.ndarray) -> np.ndarray:
+    """Return the triangles that have an area: a tip leaves some that have none."""
+    edge = triangles[:, 1:] - triangles[:, :1]
+    area = np.linalg.norm(np.cross(edge[:, 0], edge[:, 1]), axis=1)
+    return triangles[area > 1e-12 * area.max()]
+
+
+def write_stl(path: Path, triangles: np.ndarray) -> None:
+    """Write binary STL: 80 bytes of header, the number of facets, then 50 bytes a facet."""
+    corners = triangles.astype("<f4")
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).astype(np.float64)
+    facets = np.zeros(
+        len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+    )
+    facets["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    facets["corners"] = corners
+    # The header must not begin with "solid", by which readers know the text form.
+    header = f"packgen example {path.stem}, metres".encode().ljust(80)
+    path.write_bytes(header + np.uint32(len(facets)).tobytes() + facets.tobytes())
+
+
+def main() -> None:
+    """Write all surfaces."""
+    folder = Path(__file__).parent
+    latitude = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 25)
+    ball = tuple(
+        (SPHERE_HEIGHT + SPHERE_RADIUS * np.sin(each), max(SPHERE_RADIUS * np.cos(each), 0.0))
+        for each in latitude
+    )
+    write_stl(folder / "furnace.stl", revolved(FURNACE, 96))
+    write_stl(folder / "cone.stl", revolved(CONE, 96))
+    write_stl(folder / "sphere.stl", revolved(ball, 48))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""The command line: parser, errors, exit codes. What a run does is in ``packgen.cli.run``.
+
+This package alone knows both packgen and the exporters. What is imported here is paid for by ``--help``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+from packgen import __version__
+from packgen.cli.screen import say
+from packgen.errors import PackgenError
+
+COMMANDS = ("report", "compare")
+EXIT_INTERRUPTED = 130
+DEBUG_VARIABLE = "PACKGEN_DEBUG"
+
+DESCRIPTION = (
+    "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
+)
+EPILOG = """other commands:
+  packgen report DIR        make the report of a result folder again
+  packgen compare DIR ...   put result folders side by side
+
+exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
+2 wrong input, nothing written; 130 interrupted, nothing written"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: Arguments without the program's name; None: those of the process.
+
+    Returns:
+        The exit code.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    former = signal.getsignal(signal.SIGTERM)
+    try:
+        signal.signal(signal.SIGTERM, _interrupt)
+        return _dispatch(given)
+    except PackgenError as error:
+        return _fail(str(error), error.exit_code)
+    except KeyboardInterrupt:
+        return _fail("interrupted, nothing was written", EXIT_INTERRUPTED)
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{place}{error.strerror or error}; nothing was written", 2)
+    except MemoryError:
+        return _fail("not enough memory for this scene; nothing was written", 2)
+    except Exception as error:  # the last line of defence: a traceback helps nobody but us
+        if os.environ.get(DEBUG_VARIABLE):
+            traceback.print_exc()
+        return _fail(
+            f"sorry, this is a fault of packgen, not of your scene: {type(error).__name__}: {error}; "
+            f"nothing was written; {DEBUG_VARIABLE}=1 shows where it happened",
+            2,
+        )
+    finally:
+        signal.signal(signal.SIGTERM, former)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def _fail(message: str, code: int) -> int:
+    for line in message.splitlines() or [""]:
+        say(f"packgen: {line}", sys.stderr)
+    return code
+
+
+def _dispatch(arguments: list[str]) -> int:
+    if arguments and arguments[0] in COMMANDS:
+        raise PackgenError(
+            f"packgen {arguments[0]}: not supported yet; a scene of that name is ./{arguments[0]}"
+        )
+    options = build_parser().parse_args(arguments)
+    from packgen.cli.run import run_scene
+
+    return run_scene(options)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of ``packgen SCENE``."""
+    parser = argparse.ArgumentParser(
+        prog="packgen",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
+    parser.add_argument(
+        "--export",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="deck to write, such as liggghts; may be repeated, or a comma list",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", type=Path, help="result folder (default: named after the scene)"
+    )
+    parser.add_argument("--validate", action="store_true", help="confirm the bed in a solver")
+    parser.add_argument(
+        "--solver",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="solver for --validate (default: liggghts); may be repeated, or a comma list",
+    )
+    parser.add_argument("--seed", metavar="N", type=_whole(0), help="seed, in place of the scene's")
+    parser.add_argument("--threads", metavar="N", type=_whole(1), help="threads (default: chosen by packgen)")
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")
+    parser.add_argument(
+        "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
+    )
+    parser.add_argument(
+        "--quiet", action="store_true", help="no progress, no summary; what was missed is said"
+    )
+    parser.add_argument("--version", action="version", version=f"packgen {__version__}")
+    return parser
+
+
+def _whole(least: int) -> Callable[[str], int]:
+    """Return a reader of whole numbers of at least ``least``."""
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, at least {least}")
+        return value
+
+    return read

@@ -1,0 +1,121 @@
+"""Progress on screen: a bar with rate and time left on a terminal, a plain line now and then elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol, TextIO
+
+PLAIN_INTERVAL = 5.0  # seconds between plain lines
+
+
+class Step(Protocol):
+    """What the core tells of its progress."""
+
+    @property
+    def stage(self) -> str:
+        """What is being done."""
+
+    @property
+    def placed(self) -> int:
+        """Spheres placed so far."""
+
+    @property
+    def total(self) -> int | None:
+        """Spheres to place; None: until full."""
+
+    @property
+    def height(self) -> float:
+        """Filled fraction, from 0 to 1."""
+
+
+Listener = Callable[[Any], None]
+
+
+def done_fraction(step: Step) -> float:
+    """Return how much of the work is done, from 0 to 1: by number where it is known, else by height."""
+    share = step.placed / step.total if step.total else step.height
+    return min(max(share, 0.0), 1.0)
+
+
+def describe(step: Step, seconds: float) -> str:
+    """Return a line of progress: stage, spheres, rate, time left.
+
+    Args:
+        step: Where the core is.
+        seconds: Time since the start [s].
+
+    Returns:
+        Such as ``arrange: 12,000 of 430,062 spheres, 31,000/s, 14 s left``.
+    """
+    of_total = f" of {step.total:,}" if step.total else ""
+    text = f"{step.stage}: {step.placed:,}{of_total} spheres"
+    if step.placed and seconds > 0.0:
+        text += f", {step.placed / seconds:,.0f}/s"
+    done = done_fraction(step)
+    if 0.0 < done < 1.0:
+        text += f", {duration(seconds * (1.0 - done) / done)} left"
+    return text
+
+
+def duration(seconds: float) -> str:
+    """Return a duration in words that suit its size: ``14 s``, ``3 min 05 s``, ``2 h 10 min``."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+
+
+@contextmanager
+def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[Listener]:
+    """Give the function that the core calls with its progress.
+
+    Args:
+        stream: Where to write, standard error as a rule.
+        quiet: Write nothing.
+
+    Yields:
+        The listener.
+    """
+    if quiet:
+        yield lambda _: None
+    elif stream.isatty():
+        with _terminal(stream) as listener:
+            yield listener
+    else:
+        yield _plain(stream)
+
+
+def _plain(stream: TextIO) -> Listener:
+    start = time.monotonic()
+    last = start
+
+    def listen(step: Any) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= PLAIN_INTERVAL:
+            last = now
+            stream.write(describe(step, now - start) + "\n")
+            stream.flush()
+
+    return listen
+
+
+@contextmanager
+def _terminal(stream: TextIO) -> Iterator[Listener]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    start = time.monotonic()
+    columns = BarColumn(), TextColumn("{task.percentage:>3.0f}% {task.description}")
+    with Progress(*columns, console=Console(file=stream), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+
+        def listen(step: Any) -> None:
+            text = describe(step, time.monotonic() - start)
+            bar.update(task, completed=done_fraction(step), description=text)
+
+        yield listen

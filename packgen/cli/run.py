@@ -1,0 +1,179 @@
+"""One run: a function a stage, from the scene file to the folder of results."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from packgen.cli.progress import show_progress
+from packgen.cli.screen import say, table
+from packgen.errors import ExportError, PackgenError
+from packgen.results import MANIFEST, ResultFolder, list_files
+
+if TYPE_CHECKING:  # a scene with a fault must not wait for numpy and scipy
+    from packgen.bed import Bed
+    from packgen.report import Report
+    from packgen.scene import Scene
+
+DEFAULT_SOLVER = "liggghts"
+
+
+class Stopwatch:
+    """Wall time of each stage [s], in the order of the stages."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what is done inside."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def peak_memory() -> int | None:
+    """Return the largest memory that this process held so far [bytes]; None where it is not told."""
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """All that is decided before the first sphere is placed."""
+
+    scene: Scene
+    exporters: Mapping[str, Any]
+    solvers: tuple[str, ...]
+    target: Path
+
+
+def run_scene(options: argparse.Namespace) -> int:
+    """Make a bed, write its results, and say how it went."""
+    watch = Stopwatch()
+    with watch.stage("scene"):
+        plan = _plan(options)
+    folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
+    with folder:
+        bed, report = _make(plan.scene, options, watch)
+        notes = _write(bed, plan, folder.path, options, watch)
+        report = replace(
+            report,
+            missed=(*report.missed, *notes),
+            timings=watch.seconds,
+            peak_memory=peak_memory(),
+            files=(*list_files(folder.path), MANIFEST),
+        )
+        report.write(folder.path / MANIFEST)
+        folder.commit()
+    return _conclude(report, folder, quiet=options.quiet)
+
+
+def _plan(options: argparse.Namespace) -> _Plan:
+    """Read the scene and find exporters and solvers, so that nothing is missing after a long run.
+
+    Raises:
+        PackgenError: The scene is wrong, or a name is unknown, or a solver is missing.
+    """
+    import exporters
+    from packgen.scene import load_scene
+
+    solvers = tuple(dict.fromkeys(_names(options.solver))) or (DEFAULT_SOLVER,)
+    wanted = _names(options.export) + (list(solvers) if options.validate else [])
+    if options.solver and not options.validate:
+        raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")
+    chosen = {name: exporters.get(name) for name in dict.fromkeys(wanted)}
+    if options.templates is not None and not options.templates.is_dir():
+        raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
+    scene = load_scene(options.scene)
+    if options.seed is not None:
+        scene = scene.model_copy(update={"seed": options.seed})
+    if options.validate:
+        from packgen.validation import find_solver
+
+        for solver in solvers:
+            find_solver(solver)
+    for exporter in chosen.values():
+        # A format that refuses a material says so now, not when the bed is made.
+        check_materials = getattr(exporter, "check_materials", None)
+        if check_materials is not None:
+            check_materials(scene.materials)
+    target = options.output or Path(options.scene.stem)
+    return _Plan(scene, chosen, solvers if options.validate else (), target)
+
+
+def _names(given: Sequence[str]) -> list[str]:
+    """Return names from repeated options and comma lists."""
+    return [name.strip() for each in given for name in each.split(",") if name.strip()]
+
+
+def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[Bed, Report]:
+    """Pack the scene and measure the bed."""
+    from packgen.arrange.pack import pack
+    from packgen.check import check_bed
+    from packgen.container import load_container
+    from packgen.report import build_report
+
+    with watch.stage("container"):
+        container = load_container(scene)
+    with watch.stage("arrange"), show_progress(sys.stderr, quiet=options.quiet) as listener:
+        result = pack(scene, container, on_progress=listener, threads=options.threads, device=options.device)
+    with watch.stage("check"):
+        check = check_bed(result.bed)
+    with watch.stage("measure"):
+        laws = [each.distribution for each in scene.particle_sets]
+        report = build_report(result.bed, zones=result.zones, laws=laws, check=check)
+    return result.bed, report
+
+
+def _write(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, watch: Stopwatch) -> list[str]:
+    """Write bed and decks, and let solvers confirm them; return what was asked for and not reached."""
+    from packgen.bedfile import save_bed
+
+    missed = []
+    with watch.stage("write"):
+        save_bed(bed, folder / "bed.npz")
+    with watch.stage("export"):
+        for name, exporter in plan.exporters.items():
+            (folder / name).mkdir()
+            settings = {} if options.templates is None else {"templates": options.templates.resolve()}
+            try:
+                exporter.write(bed, folder / name, exporter.Options(**settings))
+            except ExportError as error:
+                # The bed is worth keeping, a deck that is not whole is not.
+                shutil.rmtree(folder / name)
+                missed.append(f"no {name} deck: {error}")
+    if plan.solvers:
+        with watch.stage("validate"):
+            missed += _validate(bed, plan, folder, options)
+    return missed
+
+
+def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) -> list[str]:
+    """Let each solver confirm its deck; return what it did not confirm."""
+    raise NotImplementedError
+
+
+def _conclude(report: Report, folder: ResultFolder, *, quiet: bool) -> int:
+    """Say what was reached, and last what was not; return the exit code."""
+    if not quiet:
+        say(table(report.rows()), sys.stdout)
+        say(f"written to {folder.target}", sys.stdout)
+    if folder.set_aside is not None:
+        say(f"packgen: the former folder, which had other files, is now {folder.set_aside}", sys.stderr)
+    for line in report.missed:
+        say(f"packgen: missed: {line}", sys.stderr)
+    return 1 if report.missed else 0

@@ -1,0 +1,191 @@
+"""The report of a run: what was asked, what was reached, as ``report.json`` and as a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol
+
+import packgen
+from packgen.bed import Bed
+from packgen.bedfile import plain
+from packgen.check import Check, check_bed
+from packgen.measure import Contacts, Sizes, SolidFraction, contacts, sizes, solid_fraction
+from packgen.measure.sizes import SizeLaw
+from packgen.measure.volumes import sphere_volume
+
+
+class ZoneOutcome(Protocol):
+    """What the report needs of a zone's result."""
+
+    @property
+    def asked(self) -> int | None:
+        """Number of spheres asked for; None: until full."""
+
+    @property
+    def placed(self) -> int:
+        """Number of spheres placed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneCount:
+    """Spheres of a zone: asked for (None: until full), and placed."""
+
+    asked: int | None
+    placed: int
+
+
+@dataclass(frozen=True, slots=True)
+class SetTotal:
+    """Totals of a particle set: name, number of spheres, solid volume [m3], mass [kg]."""
+
+    name: str
+    count: int
+    volume: float
+    mass: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """All that is known of a bed; the fields are the keys of ``report.json``.
+
+    Attributes:
+        packgen: Version that made the bed.
+        missed: A line for each thing that was asked for and not reached; empty when all is well.
+        sphere_count: Number of spheres in the bed.
+        zones: Spheres asked for and placed, zone by zone.
+        sets: Totals, set by set.
+        overlap: The independent check: overlaps as fractions of the smaller radius.
+        solid_fraction: Solid fractions of the filled volume and of the core.
+        contacts: Contacts a sphere at gaps of 0, 0.1 %, 1 % and 5 % of the smaller radius.
+        sizes: Size curves asked and reached, set by set.
+        timings: Wall time of each stage [s].
+        peak_memory: Largest memory that the process held [bytes]; None where the system does not tell.
+        settings: Scene, seed and effective settings, as in ``bed.npz``.
+        files: Everything that the run wrote, relative to its folder.
+    """
+
+    packgen: str
+    missed: tuple[str, ...]
+    sphere_count: int
+    zones: tuple[ZoneCount, ...]
+    sets: tuple[SetTotal, ...]
+    overlap: Check
+    solid_fraction: SolidFraction
+    contacts: tuple[Contacts, ...]
+    sizes: tuple[Sizes, ...]
+    timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    peak_memory: int | None = None
+    settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    files: tuple[str, ...] = ()
+
+    def as_json(self) -> str:
+        """Return the text of ``report.json``."""
+        # Not asdict of the whole: it copies the mappings by their constructor, which a view lacks.
+        content: dict[str, Any] = {}
+        for name in self.__slots__:
+            value = getattr(self, name)
+            if isinstance(value, tuple):
+                content[name] = [each if isinstance(each, str) else asdict(each) for each in value]
+            elif hasattr(value, "__dataclass_fields__"):
+                content[name] = asdict(value)
+            else:
+                content[name] = plain(value)
+        content["overlap"]["within_tolerance"] = self.overlap.within_tolerance
+        return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+
+    def write(self, path: Path) -> None:
+        """Write ``report.json``."""
+        path.write_text(self.as_json(), encoding="utf-8")
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the summary as rows of a label and a value."""
+        solid, check = self.solid_fraction, self.overlap
+        asked = [zone.asked for zone in self.zones]
+        known = [number for number in asked if number is not None]
+        wanted = f" of {sum(known):,}" if len(known) == len(asked) and known else ""
+        tolerance = "none" if check.tolerance is None else f"{check.tolerance:.3g}"
+        rows = [
+            ("spheres", f"{self.sphere_count:,}{wanted}"),
+            ("mass", f"{sum(each.mass for each in self.sets):,.6g} kg"),
+            ("solid fraction, filled volume", f"{solid.filled:.4f}"),
+            ("solid fraction, core", f"{solid.core:.4f}" if solid.core is not None else solid.core_rule),
+            ("largest overlap", f"{check.overlap_max:.3g} r (tolerance {tolerance})"),
+            ("largest overlap with a wall", f"{check.wall_overlap_max:.3g} r"),
+        ]
+        if self.contacts:
+            gaps = " / ".join(f"{entry.gap:.1%}".replace(".0%", "%") for entry in self.contacts)
+            means = " / ".join(f"{entry.mean:.2f}" for entry in self.contacts)
+            rows.append((f"contacts a sphere at gaps of {gaps}", means))
+        rows += [
+            (f"size curve of {each.name}, off by", f"{each.by_mass.distance_max:.2%} by mass")
+            for each in self.sizes
+            if each.by_mass.distance_max is not None
+        ]
+        rows += [(f"time, {stage}", f"{seconds:.1f} s") for stage, seconds in self.timings.items()]
+        if self.peak_memory is not None:
+            rows.append(("peak memory", f"{self.peak_memory / 1e6:,.0f} MB"))
+        return rows
+
+
+def build_report(
+    bed: Bed,
+    *,
+    zones: Sequence[ZoneOutcome] = (),
+    laws: Sequence[SizeLaw | None] = (),
+    check: Check | None = None,
+) -> Report:
+    """Measure a bed.
+
+    Args:
+        bed: The bed.
+        zones: What was asked of each zone, and what was placed.
+        laws: Size distribution of each particle set; may be left out.
+        check: The check of this bed, where it has been made already.
+
+    Returns:
+        The report, still without timings, memory and files: `dataclasses.replace` adds them.
+    """
+    found = check if check is not None else check_bed(bed)
+    counts = tuple(ZoneCount(zone.asked, zone.placed) for zone in zones)
+    by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
+    compared = [
+        sizes(each.name, bed.radius[bed.set_index == index], by_law[index])
+        for index, each in enumerate(bed.particle_sets)
+    ]
+    return Report(
+        packgen=packgen.__version__,
+        missed=(*_unfilled(counts), *found.faults()),
+        sphere_count=bed.count,
+        zones=counts,
+        sets=_totals(bed),
+        overlap=found,
+        solid_fraction=solid_fraction(bed),
+        contacts=contacts(bed),
+        sizes=tuple(each for each in compared if each is not None),
+        settings=bed.provenance,
+    )
+
+
+def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:
+    """Return a line for each zone that did not get its spheres."""
+    return [
+        f"zones[{index}]: {zone.placed:,} of {zone.asked:,} spheres placed, "
+        f"{zone.asked - zone.placed:,} did not fit; enlarge the zone or ask for fewer"
+        for index, zone in enumerate(zones)
+        if zone.asked is not None and zone.placed < zone.asked
+    ]
+
+
+def _totals(bed: Bed) -> tuple[SetTotal, ...]:
+    """Return count, volume and mass of each set."""
+    volume = sphere_volume(bed.radius)
+    totals = []
+    for index, each in enumerate(bed.particle_sets):
+        chosen = bed.set_index == index
+        solid = float(volume[chosen].sum())
+        totals.append(SetTotal(each.name, int(chosen.sum()), solid, solid * each.density))
+    return tuple(totals)
