@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from packgen.bedfile import save_bed
+from packgen.report import build_report
+from tests.beds import box_container, cubic_lattice, make_bed
+
+
+@dataclass
+class Zone:
+    asked: int | None
+    placed: int
+
+
+def lattice_bed(**changes):
+    return make_bed(cubic_lattice(5, 0.1), 0.1, box_container([0, 0, 0], [1, 1, 1]), **changes)
+
+
+def test_a_complete_bed_misses_nothing():
+    report = build_report(lattice_bed(), zones=[Zone(100, 100), Zone(None, 25)])
+    assert report.missed == ()
+    assert report.sphere_count == 125
+    assert report.sets[0].mass == pytest.approx(125 * 2500 * 4 / 3 * np.pi * 0.001)
+
+
+def test_spheres_that_did_not_fit_are_said():
+    (line,) = build_report(lattice_bed(), zones=[Zone(100, 100), Zone(30, 25)]).missed
+    assert "zones[1]" in line
+    assert "25 of 30" in line
+
+
+def test_an_overlap_above_tolerance_is_said():
+    position = cubic_lattice(5, 0.1)
+    position[62] += [0, 0, 0.01]
+    report = build_report(make_bed(position, 0.1, box_container([0, 0, 0], [1, 1, 1])))
+    assert any("overlap" in line and "62" in line for line in report.missed)
+
+
+def test_report_json_holds_the_numbers_under_their_names():
+    bed = lattice_bed(provenance={"seed": 3, "scene": "a.yaml"})
+    report = replace(build_report(bed, zones=[Zone(None, 125)]), timings={"arrange": 1.5}, files=("bed.npz",))
+    read = json.loads(report.as_json())
+    assert read["sphere_count"] == 125
+    assert read["zones"] == [{"asked": None, "placed": 125}]
+    assert read["overlap"]["within_tolerance"] is True
+    assert read["solid_fraction"]["filled"] == pytest.approx(np.pi / 6)
+    assert [entry["gap"] for entry in read["contacts"]] == [0.0, 0.001, 0.01, 0.05]
+    assert read["sizes"][0]["by_number"]["reached"] == [0.1] * 7
+    assert read["settings"] == {"seed": 3, "scene": "a.yaml"}
+    assert read["timings"] == {"arrange": 1.5}
+    assert read["files"] == ["bed.npz"]
+
+
+def test_rows_name_count_density_and_overlap():
+    rows = dict(build_report(lattice_bed(), zones=[Zone(125, 125)]).rows())
+    assert rows["spheres"] == "125 of 125"
+    assert rows["solid fraction, filled volume"] == "0.5236"
+    assert "tolerance 1e-06" in rows["largest overlap"]
+
+
+def test_an_empty_bed_has_a_report():
+    empty = make_bed(np.empty((0, 3)), 0.1, box_container([0, 0, 0], [1, 1, 1]))
+    assert json.loads(build_report(empty, zones=[Zone(5, 0)]).as_json())["sphere_count"] == 0
+
+
+def test_bed_file_holds_the_arrays_of_the_contract(tmp_path):
+    bed = lattice_bed(provenance={"seed": 3, "params": {"lr": 0.01, "axis": (0.0, 1.0)}})
+    save_bed(bed, tmp_path / "bed.npz")
+    save_bed(lattice_bed(provenance=bed.provenance), tmp_path / "again.npz")
+    with np.load(tmp_path / "bed.npz") as read:
+        kinds = {
+            name: (read[name].dtype.name, read[name].shape) for name in read.files if name != "provenance"
+        }
+        provenance = json.loads(str(read["provenance"]))
+        np.testing.assert_array_equal(read["position"], bed.position)
+    index = ("int32", (125,))
+    assert kinds == {
+        "position": ("float64", (125, 3)),
+        "radius": ("float64", (125,)),
+        "set_index": index,
+        "zone_index": index,
+        "batch_index": index,
+    }
+    assert provenance == {"seed": 3, "params": {"lr": 0.01, "axis": [0.0, 1.0]}}
+    assert (tmp_path / "bed.npz").read_bytes() == (tmp_path / "again.npz").read_bytes()
