@@ -8,7 +8,7 @@ from packgen.arrays import Float64Array
 from packgen.check.mesh import MeshWalls
 from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron
 
-BLOCK_SIZE = 200_000  # sphere-plane distances held at a time: they stay in the cache
+BLOCK_SIZE = 50_000  # sphere-plane distances held at a time: they stay in the cache
 
 
 def wall_clearance(container: Container, position: Float64Array, radius: Float64Array) -> Float64Array:
