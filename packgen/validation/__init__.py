@@ -1,0 +1,86 @@
+"""Does a solver agree that this is a bed at rest? Runs it on the written deck and measures.
+
+Step 0 tells whether anything overlaps: every contact force is compared with Hertz' law and with a sphere's
+weight. A gravity run tells whether the bed stands: what is lost, how far spheres move, how much the bed
+sinks. The deck is copied to a scratch folder and included there unedited.
+
+Example::
+
+    report = validate(bed, Path("furnace/liggghts"), solver="liggghts", limits=Limits())
+    print(report.passed, report.missed)
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from packgen.bed import Bed
+from packgen.errors import SolverError
+from packgen.validation import liggghts
+from packgen.validation.prediction import PredictedForces, predicted_forces
+from packgen.validation.process import SOLVERS, find_solver
+from packgen.validation.results import (
+    GravityRun,
+    Limits,
+    Row,
+    SolverReport,
+    StepZero,
+    validation_dict,
+)
+
+__all__ = [
+    "GravityRun",
+    "Limits",
+    "PredictedForces",
+    "Row",
+    "SolverReport",
+    "StepZero",
+    "find_solver",
+    "predicted_forces",
+    "validate",
+    "validation_dict",
+]
+
+_MEASURES = {"liggghts": liggghts.measure}
+
+
+def validate(
+    bed: Bed,
+    deck_folder: Path,
+    *,
+    solver: str = "liggghts",
+    limits: Limits | None = None,
+    on_progress: Callable[[str, float], None] | None = None,
+) -> SolverReport:
+    """Let a solver run a written deck, and measure.
+
+    Args:
+        bed: The bed that the deck was written from.
+        deck_folder: The deck; nothing in it is changed.
+        solver: Name of the solver.
+        limits: What the bed has to keep to; None: the defaults.
+        on_progress: Called with the name of the stage and the share of it that is done, 0 to 1.
+
+    Returns:
+        What was measured; a missed limit is no error but in the report.
+
+    Raises:
+        SolverError: The solver is missing or unknown (exit code 2), or it crashed, hung, was killed or
+            printed garbage (exit code 1); with the solver's own message.
+    """
+    find_solver(solver)
+    if bed.count == 0:
+        raise SolverError(f"{solver}: the bed holds no spheres: nothing to validate")
+    with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
+        folder = Path(scratch) / "deck"
+        try:
+            shutil.copytree(deck_folder, folder, ignore=shutil.ignore_patterns("post", "log.*"))
+        except (OSError, shutil.Error) as error:
+            raise SolverError(f"{solver}: the deck cannot be copied: {error}") from error
+        return _MEASURES[solver](bed, folder, limits or Limits(), on_progress)
+
+
+assert set(_MEASURES) == set(SOLVERS)

@@ -1,0 +1,85 @@
+"""The contact law that every solver's step-0 forces are held against: Hertz, without motion, in closed form.
+
+LIGGGHTS manual, page "gran model hertz", and K. L. Johnson, Contact Mechanics (1985), chapter 4:
+F = 4/3 Y sqrt(R) delta^1.5 with 1/Y = (1 - nu_i^2) / E_i + (1 - nu_j^2) / E_j, and the effective radius
+R = r_i r_j / (r_i + r_j) of two spheres, or r of a sphere at a wall. At step 0 nothing moves, so that there
+is neither damping nor friction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int32Array
+from packgen.bed import Bed, Material
+
+STANDARD_GRAVITY = 9.80665  # m/s2; the yardstick of a bed without gravity
+
+
+def effective_modulus(first: Material, second: Material) -> float:
+    """Return Y [Pa] of a contact of two materials."""
+    compliance = sum((1 - each.poissons_ratio**2) / each.youngs_modulus for each in (first, second))
+    return 1 / compliance
+
+
+def effective_radius(first: Float64Array, second: Float64Array) -> Float64Array:
+    """Return r_i r_j / (r_i + r_j) [m] of pairs of radii (P,) [m], shape (P,)."""
+    return first * second / (first + second)
+
+
+def hertz_force(modulus: Float64Array, radius: Float64Array, overlap: Float64Array) -> Float64Array:
+    """Return the elastic force [N] of contacts, 0 where they are apart.
+
+    Args:
+        modulus: Effective moduli [Pa], shape (P,).
+        radius: Effective radii [m], shape (P,).
+        overlap: Overlaps delta [m], negative where apart, shape (P,).
+    """
+    force: Float64Array = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(overlap, 0.0) ** 1.5
+    return force
+
+
+def hertz_overlap(modulus: Float64Array, radius: Float64Array, force: Float64Array) -> Float64Array:
+    """Return the overlap [m] that makes a force [N]: `hertz_force` solved for it."""
+    overlap: Float64Array = (np.abs(force) / (4 / 3 * modulus * np.sqrt(radius))) ** (2 / 3)
+    return overlap
+
+
+def modulus_table(bed: Bed) -> Float64Array:
+    """Return the effective modulus [Pa] of each pair of the bed's materials, shape (M, M)."""
+    return np.array([[effective_modulus(a, b) for b in bed.materials] for a in bed.materials])
+
+
+def wall_modulus(bed: Bed, type_index: Int32Array) -> Float64Array:
+    """Return the effective modulus [Pa] of each sphere at the wall, shape (N,)."""
+    wall = [each.name for each in bed.materials].index(bed.wall_material)
+    modulus: Float64Array = modulus_table(bed)[type_index, wall]
+    return modulus
+
+
+def gravity_strength(bed: Bed) -> float:
+    """Return the strength of gravity [m/s2], of a weightless bed the Earth's."""
+    return float(np.linalg.norm(bed.gravity)) or STANDARD_GRAVITY
+
+
+def sphere_mass(bed: Bed) -> Float64Array:
+    """Return the mass of each sphere [kg], shape (N,)."""
+    return 4 / 3 * np.pi * bed.density * bed.radius**3
+
+
+def mean_weight(bed: Bed) -> float:
+    """Return the mean weight of a sphere [N], the unit in which forces are judged."""
+    return float(sphere_mass(bed).mean()) * gravity_strength(bed)
+
+
+def rayleigh_time(bed: Bed) -> float:
+    """Return the smallest Rayleigh time of all spheres [s].
+
+    T = pi r sqrt(rho / G) / (0.1631 nu + 0.8766), G = E / (2 (1 + nu)); LIGGGHTS manual, page
+    "fix check/timestep/gran".
+    """
+    poisson = np.array([each.poissons_ratio for each in bed.materials])
+    shear = np.array([each.youngs_modulus for each in bed.materials]) / (2 * (1 + poisson))
+    types = bed.type_index
+    time = np.pi * bed.radius * np.sqrt(bed.density / shear[types]) / (0.1631 * poisson[types] + 0.8766)
+    return float(time.min())
