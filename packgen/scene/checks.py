@@ -1,0 +1,97 @@
+"""What only several parts of a scene together can get wrong.
+
+``across`` looks at the plain data, so that its faults are shown together with those of single values;
+``of_lists`` needs the files of radii read.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from packgen.distributions import Listed
+from packgen.scene.document import SceneFile
+from packgen.scene.faults import Fault, Said
+from packgen.scene.models import ZoneSpec
+from packgen.yamlmarks import Location
+
+__all__ = ["across", "fill_proportions", "of_lists"]
+
+
+def across(data: dict[str, Any]) -> list[Fault]:
+    """Return the faults of references and counts between the sections of a document."""
+    sets = [each for each in _list(data.get("particle_sets")) if isinstance(each, dict)]
+    faults = [*_materials(data, sets), *_names(sets)]
+    count = len(_list(data.get("particle_sets")))
+    for index, zone in enumerate(_list(data.get("zones"))):
+        proportions = zone.get("set_proportions") if isinstance(zone, dict) else None
+        if isinstance(proportions, list) and proportions and count and len(proportions) != count:
+            expected = f"{count}, one for each of particle_sets"
+            numbers = "1 number" if len(proportions) == 1 else f"{len(proportions)} numbers"
+            faults.append(Fault(("zones", index, "set_proportions"), Said(numbers), expected))
+    return faults
+
+
+def _materials(data: dict[str, Any], sets: list[dict[str, Any]]) -> list[Fault]:
+    """Return the materials that are used but not declared, where any are declared."""
+    declared = data.get("materials")
+    if not isinstance(declared, dict) or not declared:
+        return []
+    used: list[tuple[Location, Any]] = [
+        (("particle_sets", index, "material"), each.get("material"))
+        for index, each in enumerate(_list(data.get("particle_sets")))
+        if isinstance(each, dict) and each in sets
+    ]
+    used.append((("wall_material",), data.get("wall_material")))
+    expected = f"one of the materials: {', '.join(declared)}"
+    return [
+        Fault(place, name, expected) for place, name in used if isinstance(name, str) and name not in declared
+    ]
+
+
+def _names(sets: list[dict[str, Any]]) -> list[Fault]:
+    """Return the names that two sets share."""
+    names = [each.get("name") or f"set_{index}" for index, each in enumerate(sets)]
+    return [
+        Fault(("particle_sets", index, "name"), name, "a name that no other set has")
+        for index, name in enumerate(names)
+        if isinstance(name, str) and name in names[:index]
+    ]
+
+
+def fill_proportions(document: SceneFile) -> tuple[ZoneSpec, ...]:
+    """Return the zones with proportions that add up to 1.
+
+    A zone that says none gets equal shares; where every set is a file of radii, shares that use each
+    sphere once.
+    """
+    laws = [each.distribution for each in document.particle_sets]
+    lists = [law.count for law in laws if isinstance(law, Listed)]
+    equal = [float(count) for count in lists] if len(lists) == len(laws) else [1.0] * len(laws)
+    zones = []
+    for zone in document.zones:
+        by_list = not zone.set_proportions and len(lists) == len(laws)
+        shares = list(zone.set_proportions) or equal
+        total = sum(shares)
+        update: dict[str, Any] = {"set_proportions": tuple(each / total for each in shares)}
+        zones.append(zone.model_copy(update=update | ({"proportions_by": "number"} if by_list else {})))
+    return tuple(zones)
+
+
+def of_lists(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
+    """Return the zones that ask for more spheres than a file of radii has."""
+    faults = []
+    for index, zone in enumerate(zones):
+        for share, each in zip(zone.set_proportions, document.particle_sets, strict=False):
+            law = each.distribution
+            if not isinstance(law, Listed) or share == 0.0:
+                continue
+            if zone.n_particles is not None and zone.proportions_by == "number":
+                asked = share * zone.n_particles
+                if asked > law.count + 0.5:
+                    expected = f"at most {int(law.count / share)}: the file of radii has {law.count} spheres"
+                    faults.append(Fault(("zones", index, "n_particles"), zone.n_particles, expected))
+    return faults
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []

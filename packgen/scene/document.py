@@ -1,0 +1,54 @@
+"""A scene file as a whole, before names, materials and proportions are filled in."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, model_validator
+
+from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
+from packgen.scene.sets import ParticleSetSpec
+from packgen.scene.values import Acceleration, Direction, Keys, Name, Seed, Unit3
+
+__all__ = ["COLLECTIVE_ARRANGEMENT", "ForeignSceneFile", "SceneFile"]
+
+COLLECTIVE_ARRANGEMENT = "COLLECTIVE_ARRANGEMENT"
+_DOWN: Unit3 = (0.0, 0.0, -1.0)
+
+
+def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    # pydantic's own min_length counts only the items that are valid, and would fault the list as well.
+    if not values:
+        raise ValueError("a list of at least one")
+    return values
+
+
+class SceneFile(Keys):
+    """The keys of a scene file; ``gravity_axis`` holds the unit vector along which spheres fall."""
+
+    container: ContainerSpec
+    gravity_axis: Direction = _DOWN
+    gravity: Acceleration = 9.81
+    seed: Seed = 0
+    algorithm: Name = COLLECTIVE_ARRANGEMENT
+    params: Params = Params()
+    particle_sets: Annotated[tuple[ParticleSetSpec, ...], AfterValidator(_not_empty)]
+    materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
+    wall_material: Name | None = None
+    zones: Annotated[tuple[ZoneSpec, ...], AfterValidator(_not_empty)] = (ZoneSpec(),)
+    validation: ValidationSpec = ValidationSpec()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _empty_sections_are_absent(cls, data: Any) -> Any:
+        """Drop keys without a value: a section whose lines are all commented out."""
+        if not isinstance(data, dict):
+            return data
+        optional = {name for name, each in cls.model_fields.items() if not each.is_required()}
+        return {key: value for key, value in data.items() if value is not None or key not in optional}
+
+
+class ForeignSceneFile(SceneFile):
+    """A scene for an algorithm that is not packgen's own: its settings are passed on as they are."""
+
+    params: dict[str, Any] = Field(default_factory=dict)  # type: ignore[assignment]

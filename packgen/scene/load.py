@@ -1,0 +1,187 @@
+"""Scene file to ``Scene``: what the rest of packgen calls.
+
+Example: ``load_scene(Path("furnace.yaml")).mark("zones[1].location.path")`` is ``"furnace.yaml:12:7"``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import ValidationError
+
+from packgen.bed import Material, ParticleSet
+from packgen.errors import SceneError
+from packgen.scene.checks import across, fill_proportions, of_lists
+from packgen.scene.document import COLLECTIVE_ARRANGEMENT, ForeignSceneFile, SceneFile
+from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
+from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
+from packgen.scene.sets import SetKeys
+from packgen.scene.values import Unit3
+from packgen.yamlmarks import MarkedData, path_location, read_yaml
+
+__all__ = ["DEFAULT_MATERIAL", "Scene", "load_scene"]
+
+DEFAULT_MATERIAL = "default"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene, complete and valid; SI units.
+
+    Attributes:
+        path: The scene file.
+        container: The container.
+        gravity_direction: Unit vector along which spheres fall.
+        gravity: Acceleration of gravity [m/s2].
+        seed: Seed of everything random.
+        algorithm: Name of the algorithm.
+        params: Settings of COLLECTIVE_ARRANGEMENT; its defaults for any other algorithm.
+        raw_params: What the file says under ``params``, for algorithms that come from elsewhere.
+        particle_sets: The sets, named; each with its ``distribution``.
+        materials: Declared and used materials, defaults filled in.
+        set_materials: Name of each set's material.
+        wall_material: Name of the walls' material.
+        zones: The zones in the order of filling, proportions filled in.
+        validation: Limits of a solver's verdict.
+    """
+
+    path: Path
+    container: ContainerSpec
+    gravity_direction: Unit3
+    gravity: float
+    seed: int
+    algorithm: str
+    params: Params
+    raw_params: Mapping[str, Any]
+    particle_sets: tuple[SetKeys, ...]
+    materials: tuple[Material, ...]
+    set_materials: tuple[str, ...]
+    wall_material: str
+    zones: tuple[ZoneSpec, ...]
+    validation: ValidationSpec
+    marked: MarkedData = field(repr=False, compare=False)
+
+    def mark(self, path: str) -> str:
+        """Return ``file:line:column`` of a value such as ``zones[1].location``, or of what is around it."""
+        return self.marked.place(path_location(path))
+
+    @property
+    def bed_sets(self) -> tuple[ParticleSet, ...]:
+        """The sets as the bed carries them."""
+        pairs = zip(self.particle_sets, self.set_materials, strict=True)
+        return tuple(ParticleSet(each.name or "", each.density, material) for each, material in pairs)
+
+    def settings(self) -> dict[str, Any]:
+        """Return everything that shaped the bed, defaults filled in, as plain data that JSON can hold."""
+        own = self.algorithm == COLLECTIVE_ARRANGEMENT
+        return {
+            "container": self.container.model_dump(mode="json", exclude_none=True),
+            "gravity_direction": list(self.gravity_direction),
+            "gravity": self.gravity,
+            "seed": self.seed,
+            "algorithm": self.algorithm,
+            "params": self.params.model_dump(mode="json") if own else dict(self.raw_params),
+            "particle_sets": [
+                each.model_dump(mode="json", exclude_none=True) | {"material": material}
+                for each, material in zip(self.particle_sets, self.set_materials, strict=True)
+            ],
+            "wall_material": self.wall_material,
+            "zones": [each.model_dump(mode="json", exclude_none=True) for each in self.zones],
+            "validation": self.validation.model_dump(mode="json"),
+        }
+
+
+def load_scene(path: Path) -> Scene:
+    """Read a scene file.
+
+    Args:
+        path: The YAML file; paths in it start at its folder.
+
+    Returns:
+        The scene.
+
+    Raises:
+        SceneError: The file cannot be read, or says what no scene can; all faults at once, one line each,
+            ``file:line:column: path: found, expected``.
+    """
+    marked = read_yaml(Path(path), spell=_spell)
+    data = marked.data
+    if not isinstance(data, dict):
+        raise SceneError(
+            lines_of([Fault((), data, "a mapping with the keys container and particle_sets")], marked)
+        )
+    foreign = isinstance(data.get("algorithm"), str) and data["algorithm"] != COLLECTIVE_ARRANGEMENT
+    model = ForeignSceneFile if foreign else SceneFile
+    faults = across(data)
+    try:
+        document = model.model_validate(data, context={"folder": Path(path).parent})
+    except ValidationError as error:
+        faults += faults_of(error, model, data)
+        raise SceneError(lines_of(_without_echoes(faults), marked)) from error
+    zones = fill_proportions(document)
+    faults += of_lists(document, zones)
+    if faults:
+        raise SceneError(lines_of(faults, marked))
+    return _scene(Path(path), document, zones, marked)
+
+
+def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked: MarkedData) -> Scene:
+    """Fill in names and materials."""
+    sets = tuple(
+        each if each.name else each.model_copy(update={"name": f"set_{index}"})
+        for index, each in enumerate(document.particle_sets)
+    )
+    declared = document.materials or {}
+    default = next(iter(declared)) if len(declared) == 1 else DEFAULT_MATERIAL
+    set_materials = tuple(each.material or default for each in sets)
+    wall = document.wall_material or set_materials[0]
+    names = dict.fromkeys([*declared, *set_materials, wall])
+    raw = document.params if isinstance(document, ForeignSceneFile) else {}
+    return Scene(
+        path=path,
+        container=document.container,
+        gravity_direction=document.gravity_axis,
+        gravity=document.gravity,
+        seed=document.seed,
+        algorithm=document.algorithm,
+        params=document.params if isinstance(document.params, Params) else Params(),
+        raw_params=MappingProxyType(dict(raw if isinstance(raw, dict) else marked.data.get("params") or {})),
+        particle_sets=sets,
+        materials=tuple(_material(name, declared.get(name)) for name in names),
+        set_materials=set_materials,
+        wall_material=wall,
+        zones=zones,
+        validation=document.validation,
+        marked=marked,
+    )
+
+
+def _material(name: str, spec: MaterialSpec | None) -> Material:
+    return Material(name, **(spec or MaterialSpec()).model_dump())
+
+
+def _without_echoes(faults: list[Fault]) -> list[Fault]:
+    """Leave out a second fault at a place that is wrong already."""
+    kept: dict[tuple[Any, ...], Fault] = {}
+    for fault in faults:
+        kept.setdefault((*fault.location, fault.found if isinstance(fault.found, Said) else ""), fault)
+    return list(kept.values())
+
+
+@cache
+def _keys() -> frozenset[str]:
+    return known_keys(SceneFile)
+
+
+def _spell(key: str) -> str:
+    """Return a key with underscores for blanks where that makes it one that scenes know.
+
+    The paper's own example (Fig. 9) is printed with blanks in ``radius distribution`` and ``n particles``.
+    """
+    regular = key.replace(" ", "_")
+    return regular if regular in _keys() else key

@@ -1,0 +1,257 @@
+"""What a scene file may say about container, zones, algorithm, materials and limits; all in SI once read.
+
+Each class is one mapping of the YAML. Its attributes are the mapping's keys; its properties are what the rest
+of packgen asks for.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from packgen.scene.values import (
+    AxisIndex,
+    Count,
+    FilePath,
+    Fraction,
+    Fractions,
+    Keys,
+    Length,
+    LengthUnit,
+    Mass,
+    NonNegative,
+    NonNegativeLength,
+    Periodic,
+    Point,
+    PoissonsRatio,
+    Positive,
+    PositiveLength,
+    Pressure,
+    PrimitiveAxis,
+    SolidVolume,
+    Tolerance,
+    Unit3,
+    WholeNumber,
+    fault,
+)
+from packgen.units import LENGTHS
+
+__all__ = [
+    "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "LocationSpec", "MaterialSpec", "Params",
+    "PrimitiveSpec", "SliceSpec", "SphereSpec", "ValidationSpec", "ZoneSpec",
+]  # fmt: skip
+
+SUM_SLACK = 2.0e-3  # lets thirds be written as 0.333
+_ORIGIN: Unit3 = (0.0, 0.0, 0.0)
+_UP: Unit3 = (0.0, 0.0, 1.0)
+
+
+class BoxSpec(Keys):
+    """An axis-parallel box between two corners [m]."""
+
+    min: Point
+    max: Point
+
+    @model_validator(mode="after")
+    def _corners_in_order(self) -> Self:
+        for axis, low, high in zip("xyz", self.min, self.max, strict=True):
+            if not low < high:
+                raise fault(("max", list(self.max), f"a corner above min = {list(self.min)} along {axis}"))
+        return self
+
+
+class CylinderSpec(Keys):
+    """A cylinder with flat ends [m]; ``axis`` points from its base to its other end."""
+
+    radius: PositiveLength
+    height: PositiveLength
+    base: Point = _ORIGIN
+    axis: PrimitiveAxis = _UP
+
+
+class ConeSpec(Keys):
+    """A cone, truncated or not [m]; ``axis`` points from its bottom end to its top end."""
+
+    radius_bottom: NonNegativeLength
+    radius_top: NonNegativeLength
+    height: PositiveLength
+    base: Point = _ORIGIN
+    axis: PrimitiveAxis = _UP
+
+    @model_validator(mode="after")
+    def _one_end_is_open(self) -> Self:
+        if self.radius_bottom == self.radius_top == 0.0:
+            raise fault(("radius_top", 0.0, "a radius greater than 0 at one of the two ends"))
+        return self
+
+
+class SphereSpec(Keys):
+    """The inside of a sphere [m]."""
+
+    radius: PositiveLength
+    center: Point = _ORIGIN
+
+
+class SliceSpec(Keys):
+    """The space between two planes across ``axis``, a unit vector."""
+
+    axis: AxisIndex
+    min_bound: Length
+    max_bound: Length
+
+    @model_validator(mode="after")
+    def _bounds_in_order(self) -> Self:
+        if not self.min_bound < self.max_bound:
+            raise fault(("max_bound", self.max_bound, f"more than min_bound = {self.min_bound:g}"))
+        return self
+
+
+PrimitiveSpec = BoxSpec | CylinderSpec | ConeSpec | SphereSpec
+
+
+class _Place(Keys):
+    """What container and location share: a mesh file or one primitive."""
+
+    path: FilePath | None = None
+    units: LengthUnit = "m"
+    shape: Literal["mesh", "convex_hull"] = "mesh"
+    box: BoxSpec | None = None
+    cylinder: CylinderSpec | None = None
+    cone: ConeSpec | None = None
+    sphere: SphereSpec | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        forms = [
+            name
+            for name in ("path", "slice", "box", "cylinder", "cone", "sphere")
+            if name in type(self).model_fields
+        ]
+        given = [name for name in forms if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = " and ".join(given) or "none of them"
+            raise fault((given[1] if given else "", found, f"exactly one of {', '.join(forms)}"))
+        stray = [name for name in ("units", "shape") if name in self.model_fields_set and self.path is None]
+        if stray:
+            raise fault(*((name, getattr(self, name), "this key only beside path") for name in stray))
+        return self
+
+    @property
+    def scale(self) -> float:
+        """Metres in one unit of the mesh coordinates."""
+        return LENGTHS[self.units]
+
+    @property
+    def primitive(self) -> PrimitiveSpec | None:
+        """The primitive, or None where a mesh file or a slice is given."""
+        return self.box or self.cylinder or self.cone or self.sphere
+
+
+class ContainerSpec(_Place):
+    """The container: a mesh file or a primitive; a box may wrap around along some axes."""
+
+    periodic: Periodic = (False, False, False)
+
+    @model_validator(mode="after")
+    def _only_boxes_wrap_around(self) -> Self:
+        if any(self.periodic) and self.box is None:
+            found = [axis for axis, wraps in zip("xyz", self.periodic, strict=True) if wraps]
+            raise fault(("periodic", found, "this key only beside box"))
+        return self
+
+
+class LocationSpec(_Place):
+    """Where a zone is: a mesh file, a primitive, or a slice."""
+
+    slice: SliceSpec | None = None
+
+
+class ZoneSpec(Keys):
+    """A part of the container to fill: where, how much, and with which sets.
+
+    Attributes:
+        n_particles: Number of spheres; this, ``volume`` and ``mass`` all None: until the zone is full.
+        volume: Solid volume [m3].
+        mass: Mass [kg].
+        location: Where; None: the whole container.
+        set_proportions: Share of each set; adds up to 1. Empty only before ``load_scene`` fills it in.
+        proportions_by: What the shares are shares of.
+    """
+
+    n_particles: Count | None = None
+    volume: SolidVolume | None = None
+    mass: Mass | None = None
+    location: LocationSpec | None = None
+    set_proportions: Fractions = ()
+    proportions_by: Literal["number", "volume", "mass"] = "number"
+
+    @model_validator(mode="after")
+    def _one_amount(self) -> Self:
+        given = [name for name in ("n_particles", "volume", "mass") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise fault((given[1], " and ".join(given), "at most one of n_particles, volume, mass"))
+        total = math.fsum(self.set_proportions)
+        if self.set_proportions and abs(total - 1.0) > SUM_SLACK:
+            expected = f"numbers that add up to 1, not to {total:g}"
+            raise fault(("set_proportions", list(self.set_proportions), expected))
+        return self
+
+
+class Params(Keys):
+    """Settings of COLLECTIVE_ARRANGEMENT; the paper's names keep the paper's meaning.
+
+    Attributes:
+        optimizer: ``projection`` (fast), or ``adam`` (the paper's Algorithm 1).
+        batch_size: Spheres in one batch; None: the optimiser's own choice.
+        lr: Learning rate of adam.
+        n_epoch: Most steps for one batch (the paper's max_steps).
+        patience: Steps without progress after which adam gives a batch up.
+        alpha: Weight of the distance outside the container (paper, eq. 5).
+        beta: Weight of the height.
+        gamma: Weight of the overlaps.
+        tolerance: Largest overlap, as a fraction of the smaller radius; None: as the optimiser left it.
+        verbosity: Steps between two reports of progress.
+    """
+
+    optimizer: Literal["projection", "adam"] = "projection"
+    batch_size: Count | None = None
+    lr: Positive = 0.01
+    n_epoch: Count = 2000
+    patience: Count = 50
+    alpha: NonNegative = 100.0
+    beta: NonNegative = 10.0
+    gamma: NonNegative = 100.0
+    tolerance: Tolerance | None = 1.0e-6
+    verbosity: WholeNumber = 10
+
+
+class MaterialSpec(Keys):
+    """A material as the solver decks need it; see ``packgen.bed.Material``."""
+
+    youngs_modulus: Pressure = 1.0e8
+    poissons_ratio: PoissonsRatio = 0.3
+    restitution: Fraction = 0.5
+    friction: NonNegative = 0.5
+    rolling_friction: NonNegative = 0.0
+
+
+class ValidationSpec(Keys):
+    """What a solver's verdict on a bed is measured against.
+
+    Attributes:
+        force_limit: Largest contact force at step 0, in sphere weights.
+        displacement_limit: Mean displacement in the gravity run, in radii.
+        sinking_limit: Sinking of the centre of mass, as a fraction of its height.
+        lost_limit: Spheres that may be lost.
+        free_fall_times: Length of the gravity run, in times of free fall over the bed's height.
+        work_budget: Sphere-steps that the gravity run may cost.
+    """
+
+    force_limit: Positive = 1.0
+    displacement_limit: Positive = 0.2
+    sinking_limit: Positive = 0.015
+    lost_limit: WholeNumber = 0
+    free_fall_times: Positive = 20.0
+    work_budget: Positive = 2.0e9

@@ -1,0 +1,229 @@
+"""The kinds of values a scene file holds: each turns what the YAML says into SI, or says what it expected.
+
+The validators raise ``ValueError`` with the expectation alone; ``packgen.scene.faults`` adds the place and
+the value found.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from packgen.units import UNITS, to_si
+
+__all__ = [
+    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Fraction", "Fractions", "Keys",
+    "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
+    "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure", "PrimitiveAxis", "Seed",
+    "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
+]  # fmt: skip
+
+NAME_RULE = "a name of at most 64 letters (A-Z, a-z), digits, _ - or ., with a letter, digit or _ first"
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_LETTERS: dict[Any, str] = {"x": "x", "y": "y", "z": "z", 0: "x", 1: "y", 2: "z"}
+
+Unit3 = tuple[float, float, float]
+
+
+class Keys(BaseModel):
+    """A mapping of a scene file: frozen, and without keys that packgen does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+
+Where = str | int | tuple[str | int, ...]
+
+
+def fault(*faults: tuple[Where, Any, str]) -> PydanticCustomError:
+    """Return the error for faults at places inside a value: (place, found, expected) each."""
+    return PydanticCustomError("packgen", "faults inside a value", {"faults": faults})
+
+
+def number(value: Any, quantity: str = "number") -> float:
+    """Return a finite SI number.
+
+    Args:
+        value: What the YAML held.
+        quantity: A key of ``packgen.units.UNITS``.
+
+    Returns:
+        The value in SI units.
+
+    Raises:
+        ValueError: No finite number, or a unit that does not fit.
+    """
+    if isinstance(value, str) and quantity != "number":
+        result = to_si(value, quantity)
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        result = float(value)
+    else:
+        units = ", ".join(UNITS[quantity])
+        raise ValueError(f"a number, or a number with a unit ({units})" if units else "a number")
+    if not math.isfinite(result):
+        raise ValueError("a finite number")
+    return result
+
+
+def _quantity(
+    quantity: str, rule: str = "", holds: Callable[[float], bool] = lambda _: True
+) -> BeforeValidator:
+    """Return a validator of a number of some quantity that has to obey a rule."""
+
+    def check(value: Any) -> float:
+        result = number(value, quantity)
+        if not holds(result):
+            raise ValueError(f"a number {rule}")
+        return result
+
+    return BeforeValidator(check)
+
+
+def _positive(quantity: str) -> BeforeValidator:
+    return _quantity(quantity, "greater than 0", lambda value: value > 0.0)
+
+
+def _whole(lowest: int, highest: int) -> BeforeValidator:
+    def check(value: Any) -> int:
+        whole = isinstance(value, int) or (isinstance(value, float) and value.is_integer())
+        if isinstance(value, bool) or not whole or not lowest <= value <= highest:
+            raise ValueError(f"a whole number from {lowest} to {highest}")
+        return int(value)
+
+    return BeforeValidator(check)
+
+
+def _many(quantity: str, rule: str, holds: Callable[[float], bool]) -> BeforeValidator:
+    """Return a validator of a list of numbers; the expectation names the first that is wrong."""
+
+    def check(value: Any) -> tuple[float, ...]:
+        if not isinstance(value, (list, tuple)) or not value:
+            raise ValueError(f"a list of numbers {rule}")
+        numbers = []
+        for index, each in enumerate(value):
+            try:
+                result = number(each, quantity)
+            except ValueError as error:
+                raise fault((index, each, str(error))) from error
+            if not holds(result):
+                raise fault((index, each, f"a number {rule}"))
+            numbers.append(result)
+        return tuple(numbers)
+
+    return BeforeValidator(check)
+
+
+def _point(value: Any) -> Unit3:
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise ValueError("a list of three lengths [x, y, z]")
+    x, y, z = (number(each, "length") for each in value)
+    return (x, y, z)
+
+
+def _axis(value: Any) -> Unit3:
+    """Return the unit vector of an axis: a letter, with or without a sign, an index, or a vector."""
+    if isinstance(value, (list, tuple)) and len(value) == 3:
+        vector = [number(each) for each in value]
+        largest = max(abs(each) for each in vector)
+        if largest == 0.0:
+            raise ValueError("a vector that is not zero")
+        # Scaled first: squares of very large or very small numbers leave float64's range.
+        scaled = [each / largest for each in vector]
+        length = math.hypot(*scaled)
+        return (scaled[0] / length, scaled[1] / length, scaled[2] / length)
+    if isinstance(value, str) and value.lstrip("-") in _AXES and len(value) <= 2:
+        sign = -1.0 if value.startswith("-") else 1.0
+        x, y, z = _AXES[value.lstrip("-")]
+        return (sign * x + 0.0, sign * y + 0.0, sign * z + 0.0)
+    raise ValueError("x, y, z, -x, -y, -z or a vector [x, y, z]")
+
+
+def _direction(value: Any) -> Unit3:
+    """Return where things fall: a letter says up, a vector says down."""
+    x, y, z = _axis(value)
+    return (0.0 - x, 0.0 - y, 0.0 - z) if isinstance(value, str) else (x, y, z)
+
+
+def _letter(value: Any) -> str | None:
+    """Return x, y or z for an axis written as a letter or an index; None for anything else."""
+    plain = isinstance(value, (str, int)) and not isinstance(value, bool)
+    return _LETTERS.get(value) if plain else None
+
+
+def _primitive_axis(value: Any) -> Unit3:
+    return _axis(_letter(value) or value)
+
+
+def _slice_axis(value: Any) -> Unit3:
+    letter = _letter(value)
+    if letter is None:
+        raise ValueError("0, 1, 2 or x, y, z")
+    return _AXES[letter]
+
+
+def _periodic(value: Any) -> tuple[bool, bool, bool]:
+    letters = [_letter(each) for each in value] if isinstance(value, (list, tuple)) else [_letter(value)]
+    if None in letters or len(set(letters)) != len(letters):
+        raise ValueError("a list of different axes such as [x, y]")
+    return ("x" in letters, "y" in letters, "z" in letters)
+
+
+def _name(value: Any) -> str:
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        raise ValueError(f"{NAME_RULE}; put a name that looks like a number into quotes")
+    if not isinstance(value, str) or not _NAME.fullmatch(value):
+        raise ValueError(NAME_RULE)
+    return value
+
+
+def _file(value: Any, info: ValidationInfo) -> Path:
+    """Return the path of a readable file, relative to the scene's folder."""
+    if not isinstance(value, str) or not value or not value.isprintable():
+        raise ValueError("the path of a file, relative to the scene file")
+    folder = info.context["folder"] if info.context else Path()
+    path = Path(folder) / value
+    try:
+        if path.is_dir():
+            raise ValueError(f"a file, but {path} is a directory")
+        if not path.is_file():
+            raise ValueError(f"a file that exists; there is no {path}")
+        with path.open("rb"):
+            return path
+    except OSError as error:
+        raise ValueError(f"a file that can be read; {error.strerror}: {path}") from error
+
+
+Length = Annotated[float, _quantity("length")]
+PositiveLength = Annotated[float, _positive("length")]
+NonNegativeLength = Annotated[float, _quantity("length", "of at least 0", lambda value: value >= 0.0)]
+Lengths = Annotated[tuple[float, ...], _many("length", "greater than 0", lambda value: value > 0.0)]
+Fractions = Annotated[tuple[float, ...], _many("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0)]
+Fraction = Annotated[float, _quantity("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0)]
+Positive = Annotated[float, _positive("number")]
+NonNegative = Annotated[float, _quantity("number", "of at least 0", lambda value: value >= 0.0)]
+PoissonsRatio = Annotated[float, _quantity("number", "from 0 to 0.5", lambda value: 0.0 <= value <= 0.5)]
+Tolerance = Annotated[
+    float, _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0)
+]
+SolidVolume = Annotated[float, _positive("volume")]
+Mass = Annotated[float, _positive("mass")]
+Density = Annotated[float, _positive("density")]
+Pressure = Annotated[float, _positive("pressure")]
+Acceleration = Annotated[float, _positive("acceleration")]
+Count = Annotated[int, _whole(1, 2**31 - 1)]
+WholeNumber = Annotated[int, _whole(0, 2**31 - 1)]
+Seed = Annotated[int, _whole(0, 2**63 - 1)]
+Point = Annotated[Unit3, BeforeValidator(_point)]
+Direction = Annotated[Unit3, BeforeValidator(_direction)]
+PrimitiveAxis = Annotated[Unit3, BeforeValidator(_primitive_axis)]
+AxisIndex = Annotated[Unit3, BeforeValidator(_slice_axis)]
+Periodic = Annotated[tuple[bool, bool, bool], BeforeValidator(_periodic)]
+Name = Annotated[str, BeforeValidator(_name)]
+FilePath = Annotated[Path, BeforeValidator(_file)]
+LengthUnit = Literal["m", "cm", "mm", "um", "in", "ft"]
