@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, Protocol, TextIO
 
 PLAIN_INTERVAL = 5.0  # seconds between plain lines
@@ -33,6 +34,16 @@ class Step(Protocol):
 Listener = Callable[[Any], None]
 
 
+@dataclass(frozen=True, slots=True)
+class Share:
+    """Progress of something that counts no spheres: what is being done, and the share of it that is."""
+
+    stage: str
+    height: float
+    placed: int = 0
+    total: int | None = None
+
+
 def done_fraction(step: Step) -> float:
     """Return how much of the work is done, from 0 to 1: by number where it is known, else by height."""
     share = step.placed / step.total if step.total else step.height
@@ -49,11 +60,14 @@ def describe(step: Step, seconds: float) -> str:
     Returns:
         Such as ``arrange: 12,000 of 430,062 spheres, 31,000/s, 14 s left``.
     """
-    of_total = f" of {step.total:,}" if step.total else ""
-    text = f"{step.stage}: {step.placed:,}{of_total} spheres"
+    done = done_fraction(step)
+    if step.placed == 0 and not step.total:
+        text = f"{step.stage}: {done:.0%}"
+    else:
+        of_total = f" of {step.total:,}" if step.total else ""
+        text = f"{step.stage}: {step.placed:,}{of_total} spheres"
     if step.placed and seconds > 0.0:
         text += f", {step.placed / seconds:,.0f}/s"
-    done = done_fraction(step)
     if 0.0 < done < 1.0:
         text += f", {duration(seconds * (1.0 - done) / done)} left"
     return text

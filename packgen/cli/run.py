@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from packgen.cli.progress import show_progress
+from packgen.cli.progress import Listener, Share, show_progress
 from packgen.cli.screen import say, table
-from packgen.errors import ExportError, PackgenError
+from packgen.errors import ExportError, PackgenError, SolverError
 from packgen.results import MANIFEST, ResultFolder, list_files
 
-if TYPE_CHECKING:  # a scene with a fault must not wait for numpy and scipy
+if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import Bed
     from packgen.report import Report
     from packgen.scene import Scene
+    from packgen.validation import SolverReport
 
 DEFAULT_SOLVER = "liggghts"
 
@@ -69,17 +72,17 @@ def run_scene(options: argparse.Namespace) -> int:
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder:
         bed, report = _make(plan.scene, options, watch)
-        notes = _write(bed, plan, folder.path, options, watch)
+        missed, verdict = _write(bed, plan, folder.path, options, watch)
         report = replace(
             report,
-            missed=(*report.missed, *notes),
+            missed=(*report.missed, *missed),
             timings=watch.seconds,
             peak_memory=peak_memory(),
             files=(*list_files(folder.path), MANIFEST),
         )
         report.write(folder.path / MANIFEST)
         folder.commit()
-    return _conclude(report, folder, quiet=options.quiet)
+    return _conclude(report, verdict, folder, quiet=options.quiet)
 
 
 def _plan(options: argparse.Namespace) -> _Plan:
@@ -100,7 +103,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
         raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
     scene = load_scene(options.scene)
     if options.seed is not None:
-        scene = scene.model_copy(update={"seed": options.seed})
+        scene = replace(scene, seed=options.seed)
     if options.validate:
         from packgen.validation import find_solver
 
@@ -139,13 +142,15 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
     return result.bed, report
 
 
-def _write(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, watch: Stopwatch) -> list[str]:
-    """Write bed and decks, and let solvers confirm them; return what was asked for and not reached."""
+def _write(
+    bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, watch: Stopwatch
+) -> tuple[list[str], str]:
+    """Write bed and decks, and let solvers confirm them; return what was not reached, and the verdicts."""
     from packgen.bedfile import save_bed
 
-    missed = []
     with watch.stage("write"):
         save_bed(bed, folder / "bed.npz")
+    missed = []
     with watch.stage("export"):
         for name, exporter in plan.exporters.items():
             (folder / name).mkdir()
@@ -156,21 +161,56 @@ def _write(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, wat
                 # The bed is worth keeping, a deck that is not whole is not.
                 shutil.rmtree(folder / name)
                 missed.append(f"no {name} deck: {error}")
-    if plan.solvers:
-        with watch.stage("validate"):
-            missed += _validate(bed, plan, folder, options)
-    return missed
+    if not plan.solvers:
+        return missed, ""
+    with watch.stage("validate"):
+        unconfirmed, verdict = _validate(bed, plan, folder, options)
+    return missed + unconfirmed, verdict
 
 
-def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) -> list[str]:
-    """Let each solver confirm its deck; return what it did not confirm."""
-    raise NotImplementedError
+def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) -> tuple[list[str], str]:
+    """Let each solver confirm its deck; return what it did not confirm, and the verdicts as tables."""
+    from packgen.validation import Limits, validate, validation_dict
+
+    limits = Limits(**plan.scene.validation.model_dump())
+    reports, errors = {}, {}
+    for solver in plan.solvers:
+        if not (folder / solver).is_dir():  # no deck; why has been said
+            continue
+        with show_progress(sys.stderr, quiet=options.quiet) as listener:
+            tell = partial(_tell, listener, solver)
+            try:
+                reports[solver] = validate(
+                    bed, folder / solver, solver=solver, limits=limits, on_progress=tell
+                )
+            except SolverError as error:  # the bed is made and stays
+                errors[solver] = str(error)
+    content = validation_dict(reports)
+    if errors or len(reports) < len(plan.solvers):
+        content |= {"passed": False, "errors": errors}
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
+    missed = [line for report in reports.values() for line in report.missed] + list(errors.values())
+    return missed, "\n\n".join(_verdict(report) for report in reports.values())
 
 
-def _conclude(report: Report, folder: ResultFolder, *, quiet: bool) -> int:
+def _tell(listener: Listener, solver: str, stage: str, share: float) -> None:
+    listener(Share(f"{solver}, {stage}", share))
+
+
+def _verdict(report: SolverReport) -> str:
+    """Return a solver's verdict as a table."""
+    head = (report.version, "measured", "at most", "")
+    rows = [(row.quantity, row.value, row.limit, "" if row.passed else "MISSED") for row in report.rows()]
+    return table([head, *rows])
+
+
+def _conclude(report: Report, verdict: str, folder: ResultFolder, *, quiet: bool) -> int:
     """Say what was reached, and last what was not; return the exit code."""
     if not quiet:
         say(table(report.rows()), sys.stdout)
+        if verdict:
+            say(f"\n{verdict}\n", sys.stdout)
         say(f"written to {folder.target}", sys.stdout)
     if folder.set_aside is not None:
         say(f"packgen: the former folder, which had other files, is now {folder.set_aside}", sys.stderr)

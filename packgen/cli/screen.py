@@ -19,7 +19,8 @@ def say(text: str, stream: TextIO) -> None:
         os.close(nowhere)
 
 
-def table(rows: Sequence[tuple[str, str]]) -> str:
-    """Return rows of a label and a value as aligned text."""
-    width = max((len(label) for label, _ in rows), default=0)
-    return "\n".join(f"{label:<{width}}  {value}" for label, value in rows)
+def table(rows: Sequence[tuple[str, ...]]) -> str:
+    """Return rows as text in columns."""
+    widths = [max(len(text) for text in column) for column in zip(*rows, strict=True)]
+    lines = ("  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=True)) for row in rows)
+    return "\n".join(line.rstrip() for line in lines)

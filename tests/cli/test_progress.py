@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from packgen.cli import progress
-from packgen.cli.progress import describe, duration, show_progress
+from packgen.cli.progress import Share, describe, duration, show_progress
 from packgen.cli.screen import table
 
 
@@ -31,6 +31,10 @@ def test_a_counted_zone_tells_rate_and_time_left_by_number():
 
 def test_an_endless_zone_tells_time_left_by_height():
     assert describe(Step(250, None, 0.5), 10.0) == "arrange: 250 spheres, 25/s, 10 s left"
+
+
+def test_a_solver_tells_its_share():
+    assert describe(Share("liggghts, gravity run", 0.25), 10.0) == "liggghts, gravity run: 25%, 30 s left"
 
 
 def test_elsewhere_than_on_a_terminal_lines_are_few(monkeypatch):

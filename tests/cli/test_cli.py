@@ -1,0 +1,270 @@
+"""The command line as a user meets it; the core is replaced by a lattice, so that these run in no time."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from packgen.cli import main
+from packgen.errors import PackingError, SolverError
+from tests.beds import cubic_lattice, make_bed
+
+SCENE = """
+container: {box: {min: [0, 0, 0], max: [1, 1, 1]}}
+seed: 7
+particle_sets:
+  - {name: pellets, radius_distribution: constant, radius: 0.1}
+zones:
+  - {n_particles: 125}
+"""
+
+
+@dataclass
+class Zone:
+    asked: int | None = 125
+    placed: int = 125
+    left_over: int = 0
+
+
+@dataclass
+class Result:
+    bed: object
+    zones: tuple[Zone, ...] = (Zone(),)
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    """A scene file in an otherwise empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "box.yaml").write_text(SCENE)
+    return "box.yaml"
+
+
+@pytest.fixture
+def core(monkeypatch):
+    """Replaces the core by one that returns, or raises, what the test says."""
+
+    def install(outcome=None, *, shift=0.0, placed=125):
+        def pack(scene, container, *, on_progress, threads, device):
+            if outcome is not None:
+                raise outcome
+            position = cubic_lattice(5, 0.1)[:placed]
+            position[0, 2] += shift
+            bed = make_bed(position, 0.1, container, provenance={"seed": scene.seed})
+            return Result(bed, (Zone(125, placed, 125 - placed),))
+
+        monkeypatch.setattr("packgen.arrange.pack.pack", pack)
+
+    return install
+
+
+def report_of(folder="box"):
+    return json.loads(Path(folder, "report.json").read_text())
+
+
+def test_a_run_leaves_the_files_of_the_contract_and_no_other(scene, core, capsys):
+    core()
+    assert main([scene, "--export", "liggghts"]) == 0
+    assert sorted(os.listdir()) == ["box", "box.yaml"]
+    assert {"bed.npz", "report.json", "liggghts"} == set(os.listdir("box"))
+    assert {"bed.data", "in.bed"} <= set(os.listdir("box/liggghts"))
+    listed = {path.relative_to("box").as_posix() for path in Path("box").rglob("*") if path.is_file()}
+    assert set(report_of()["files"]) == listed
+    out = capsys.readouterr().out
+    assert "125 of 125" in out
+    assert "0.5236" in out
+
+
+def test_seed_and_folder_of_the_command_line_win(scene, core):
+    core()
+    assert main([scene, "--seed", "3", "-o", "deep/out", "--quiet"]) == 0
+    assert report_of("deep/out")["settings"]["seed"] == 3
+
+
+def test_quiet_writes_and_says_nothing(scene, core, capsys):
+    core()
+    assert main([scene, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_second_run_replaces_the_first_as_a_whole(scene, core):
+    core()
+    main([scene, "--export", "liggghts", "--quiet"])
+    assert main([scene, "--quiet"]) == 0
+    assert set(os.listdir("box")) == {"bed.npz", "report.json"}
+
+
+def test_spheres_that_do_not_fit_end_with_exit_code_1_and_a_last_line(scene, core, capsys):
+    core(placed=100)
+    assert main([scene]) == 1
+    assert report_of()["missed"]
+    assert "100 of 125" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_an_overlap_above_tolerance_ends_with_exit_code_1(scene, core, capsys):
+    core(shift=0.01)
+    assert main([scene, "--quiet"]) == 1
+    assert "overlap" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_scene_with_faults_is_refused_with_their_places(scene, core, capsys):
+    Path(scene).write_text(SCENE.replace("radius: 0.1", "radius: -1").replace("seed: 7", "sed: 7"))
+    assert main([scene]) == 2
+    error = capsys.readouterr().err
+    assert "box.yaml:3:" in error
+    assert "box.yaml:5:" in error
+    assert os.listdir() == ["box.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--export", "stone"], "stone"),
+        (["--validate", "--solver", "stone"], "stone"),
+        (["--solver", "liggghts"], "--validate"),
+        (["--templates", "nowhere"], "nowhere"),
+        (["-o", "box.yaml"], "is a file"),
+        (["-o", "."], "folder you are in"),
+    ],
+)
+def test_a_wrong_command_line_is_refused_before_the_run(scene, core, capsys, arguments, said):
+    core(AssertionError("the run started"))
+    assert main([scene, *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert os.listdir() == ["box.yaml"]
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["a.yaml", "--seed", "-1"], ["a.yaml", "--threads", "0"], ["a.yaml", "--sed"]]
+)
+def test_arguments_that_make_no_sense_are_usage_errors(arguments, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+    assert "usage" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["report", "box"], ["compare", "a", "b"]])
+def test_commands_to_come_say_so(arguments, capsys):
+    assert main(arguments) == 2
+    assert "not supported yet" in capsys.readouterr().err
+
+
+def test_a_missing_solver_is_told_before_the_run(scene, core, capsys, monkeypatch):
+    core(AssertionError("the run started"))
+
+    def find_solver(name):
+        raise SolverError(f"{name}: not found; apt-get install {name}", exit_code=2)
+
+    monkeypatch.setattr("packgen.validation.find_solver", find_solver)
+    assert main([scene, "--validate"]) == 2
+    assert "apt-get install liggghts" in capsys.readouterr().err
+    assert os.listdir() == ["box.yaml"]
+
+
+def test_a_solver_that_crashes_leaves_the_bed_and_exit_code_1(scene, core, capsys, monkeypatch):
+    core()
+
+    def validate(*_, **__):
+        raise SolverError("liggghts: killed by signal 11")
+
+    monkeypatch.setattr("packgen.validation.find_solver", lambda _: Path("liggghts"))
+    monkeypatch.setattr("packgen.validation.validate", validate)
+    assert main([scene, "--validate", "--quiet"]) == 1
+    assert "signal 11" in capsys.readouterr().err
+    assert json.loads(Path("box/validation.json").read_text())["passed"] is False
+    assert "validation.json" in report_of()["files"]
+    assert Path("box/liggghts/in.bed").exists()
+
+
+@pytest.mark.parametrize(
+    ("outcome", "code", "said"),
+    [
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (PackingError("nothing fits"), 2, "nothing fits"),
+        (OSError(errno.ENOSPC, "No space left on device", "box/bed.npz"), 2, "No space left"),
+        (MemoryError(), 2, "memory"),
+        (ZeroDivisionError("oops"), 2, "PACKGEN_DEBUG"),
+    ],
+)
+def test_a_run_that_fails_leaves_nothing_and_one_line(scene, core, capsys, outcome, code, said):
+    core(outcome)
+    assert main([scene, "--export", "liggghts", "-o", "deep/box"]) == code
+    error = capsys.readouterr().err
+    assert len(error.splitlines()) == 1
+    assert said in error
+    assert "Traceback" not in error
+    assert os.listdir() == ["box.yaml"]
+
+
+def test_a_failed_run_leaves_the_earlier_results(scene, core):
+    core()
+    main([scene, "--quiet"])
+    before = Path("box/bed.npz").read_bytes()
+    core(KeyboardInterrupt())
+    assert main([scene, "--seed", "9"]) == 130
+    assert Path("box/bed.npz").read_bytes() == before
+    assert sorted(os.listdir()) == ["box", "box.yaml"]
+
+
+def test_a_folder_with_foreign_files_is_refused_and_with_force_set_aside(scene, core, capsys):
+    core()
+    Path("box").mkdir()
+    Path("box/notes.txt").write_text("mine")
+    assert main([scene]) == 2
+    assert os.listdir("box") == ["notes.txt"]
+    assert main([scene, "--force"]) == 0
+    assert "box.old" in capsys.readouterr().err
+    assert Path("box.old/notes.txt").read_text() == "mine"
+    assert "notes.txt" not in os.listdir("box")
+
+
+WAITING_CORE = """
+import sys, time
+import packgen.arrange.pack as core
+def pack(scene, container, **_):
+    print("started", flush=True)
+    time.sleep(60)
+core.pack = pack
+from packgen.cli import main
+sys.exit(main(["box.yaml", "--export", "liggghts"]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_run_without_a_trace(scene, number):
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+    run = subprocess.Popen(
+        [sys.executable, "-c", WAITING_CORE],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    assert run.stdout.readline() == "started\n"
+    time.sleep(0.2)  # it prints before it sleeps
+    run.send_signal(number)
+    _, error = run.communicate(timeout=20)
+    assert run.returncode == 130
+    assert "interrupted" in error
+    assert os.listdir() == ["box.yaml"]
+
+
+def test_a_reader_that_goes_away_is_no_error(scene, core, monkeypatch):
+    core()
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "w") as closed:
+        monkeypatch.setattr(sys, "stdout", closed)
+        assert main([scene]) == 0
+    assert np.load("box/bed.npz")["radius"].shape == (125,)
