@@ -71,7 +71,7 @@ def wall_facets(container: Container) -> Facets:
         ExportError: A facet has more neighbours than LIGGGHTS takes.
     """
     surface = container.surface
-    keep = ~_on_periodic_side(container)
+    keep = ~on_periodic_side(container)
     vertices, index = np.unique(surface.vertices, axis=0, return_inverse=True)
     faces = index.reshape(-1)[surface.faces]
     good = clean_facets(vertices, faces)
@@ -149,6 +149,17 @@ def edge_angles(surface: Surface) -> tuple[Float64Array, BoolArray]:
     return angle, protrudes
 
 
+def on_periodic_side(container: Container) -> BoolArray:
+    """Return which facets (F,) of a container lie on a side where it wraps around, so that there is no wall."""
+    corners = container.surface.vertices[container.surface.faces]
+    size = container.bounds[1] - container.bounds[0]
+    on_side = np.zeros(len(corners), dtype=bool)
+    for axis in np.flatnonzero(container.periodic):
+        for bound in container.bounds[:, axis]:
+            on_side |= (np.abs(corners[:, :, axis] - bound) <= 1e-9 * size[axis]).all(axis=1)
+    return on_side
+
+
 def primitive_walls(container: Container) -> tuple[PrimitiveWall, ...] | None:
     """Return the walls of an axis-parallel box or cylinder as LIGGGHTS' primitives; None for any other shape.
 
@@ -217,16 +228,6 @@ def _ascii_chunks(facets: Float64Array) -> Iterator[str]:
     for start in range(0, len(facets), ROWS_PER_CHUNK):
         part = facets[start : start + ROWS_PER_CHUNK]
         yield form * len(part) % tuple(part.ravel().tolist())
-
-
-def _on_periodic_side(container: Container) -> BoolArray:
-    corners = container.surface.vertices[container.surface.faces]
-    size = container.bounds[1] - container.bounds[0]
-    on_side = np.zeros(len(corners), dtype=bool)
-    for axis in np.flatnonzero(container.periodic):
-        for bound in container.bounds[:, axis]:
-            on_side |= (np.abs(corners[:, :, axis] - bound) <= 1e-9 * size[axis]).all(axis=1)
-    return on_side
 
 
 def _edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

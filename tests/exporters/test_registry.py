@@ -18,7 +18,7 @@ def test_every_name_leads_to_an_exporter_of_that_name():
 
 
 def test_an_unknown_name_is_refused_with_the_choices():
-    with pytest.raises(ExportError, match="'ligghts'; there are liggghts"):
+    with pytest.raises(ExportError, match="'ligghts'; there are liggghts, vtk"):
         exporters.get("ligghts")
 
 
