@@ -9,8 +9,10 @@ import argparse
 import os
 import signal
 import sys
+import threading
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -44,10 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    former = signal.getsignal(signal.SIGTERM)
     try:
-        signal.signal(signal.SIGTERM, _interrupt)
-        return _dispatch(given)
+        with _stopped_by("SIGTERM", "SIGHUP"):
+            return _dispatch(given)
     except PackgenError as error:
         return _fail(str(error), error.exit_code)
     except KeyboardInterrupt:
@@ -65,12 +66,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"nothing was written; {DEBUG_VARIABLE}=1 shows where it happened",
             2,
         )
+
+
+@contextmanager
+def _stopped_by(*names: str) -> Iterator[None]:
+    """Let signals stop the run as Ctrl-C does, so that it tidies up."""
+
+    def stop(_number: int, _frame: FrameType | None) -> NoReturn:
+        raise KeyboardInterrupt
+
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]  # Windows has no SIGHUP
+    if threading.current_thread() is not threading.main_thread():
+        numbers = []  # Python handles signals in the main thread only
+    # What is ignored stays so: nohup means it.
+    former = {number: signal.getsignal(number) for number in numbers}
+    former = {number: handler for number, handler in former.items() if handler not in (signal.SIG_IGN, None)}
+    for number in former:
+        signal.signal(number, stop)
+    try:
+        yield
     finally:
-        signal.signal(signal.SIGTERM, former)
-
-
-def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt
+        for number, handler in former.items():
+            signal.signal(number, handler)
 
 
 def _fail(message: str, code: int) -> int:

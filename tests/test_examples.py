@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from packgen.cli import main
+from packgen.container import load_container
+from packgen.geometry import Polyhedron
+from packgen.scene import load_scene
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+SCRIPTS = [
+    EXAMPLES / "run",
+    EXAMPLES.parent / "tests/run",
+    EXAMPLES.parent / ".ci/run",
+    EXAMPLES.parent / ".ci/venv",
+]
+
+
+def shells():
+    """The script that makes the surfaces, as a module."""
+    spec = importlib.util.spec_from_file_location("shells", EXAMPLES / "shells.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def corners_of(path):
+    facets = np.frombuffer(
+        path.read_bytes()[84:], dtype=[("rest", "<f4", 3), ("corners", "<f4", (3, 3)), ("end", "<u2")]
+    )
+    return facets["corners"]
+
+
+def test_the_surfaces_are_those_that_the_script_makes(tmp_path):
+    module = shells()
+    module.__file__ = str(tmp_path / "shells.py")
+    module.main()
+    for path in sorted(tmp_path.glob("*.stl")):
+        np.testing.assert_allclose(corners_of(path), corners_of(EXAMPLES / path.name), rtol=0, atol=1e-6)
+    assert {path.name for path in tmp_path.glob("*.stl")} == {path.name for path in EXAMPLES.glob("*.stl")}
+
+
+def test_binary_surfaces_do_not_begin_like_text_ones():
+    assert not any(path.read_bytes().startswith(b"solid") for path in EXAMPLES.glob("*.stl"))
+
+
+def test_the_furnace_has_the_papers_profile_and_room():
+    container = load_container(load_scene(EXAMPLES / "furnace.yaml"))
+    assert isinstance(container.shape, Polyhedron)
+    np.testing.assert_allclose(container.bounds, [[-3.25, -3.25, 0], [3.25, 3.25, 32]], atol=1e-6)
+    # Frustums on regular 96-gons, whose area is sin(2 pi / 96) * 48 r^2.
+    profile = [(0, 1.2), (7, 3.25), (26, 3.25), (32, 1.0)]
+    area = 48 * np.sin(2 * np.pi / 96)
+    steps = pairwise(profile)
+    volume = sum(area * (b[0] - a[0]) * (a[1] ** 2 + a[1] * b[1] + b[1] ** 2) / 3 for a, b in steps)
+    assert container.volume == pytest.approx(volume, rel=1e-6)
+
+
+def test_fig_9_of_the_paper_loads_with_its_zones():
+    scene = load_scene(EXAMPLES / "cone.yaml")
+    assert [zone.n_particles for zone in scene.zones] == [200, 300]
+    assert scene.zones[0].set_proportions == (0.0, 1.0)
+    assert scene.params.n_epoch == 1000
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
+def test_scripts_are_sound_and_may_be_run(path):
+    assert os.access(path, os.X_OK)
+    subprocess.run(["bash", "-n", str(path)], check=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cone", "box"])
+def test_an_example_runs_to_a_complete_bed(name, tmp_path):
+    assert main([str(EXAMPLES / f"{name}.yaml"), "-o", str(tmp_path / name), "--quiet"]) == 0
+    report = json.loads((tmp_path / name / "report.json").read_text())
+    assert report["missed"] == []
+    if name == "box":
+        assert 930 <= report["sphere_count"] <= 1010
+        assert 0.55 < report["solid_fraction"]["core"] < 0.63
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+def test_a_furnace_of_larger_spheres_stands_in_liggghts(tmp_path):
+    text = (EXAMPLES / "furnace.yaml").read_text()
+    # The same bed at 5 times the size of the spheres: 125 times fewer.
+    for asked, wanted in (("430062", "3440"), ("0.052", "0.260"), ("0.075", "0.375")):
+        assert text.count(asked) == 1
+        text = text.replace(asked, wanted)
+    (tmp_path / "furnace.yaml").write_text(text)
+    shutil.copy(EXAMPLES / "furnace.stl", tmp_path)
+    folder = tmp_path / "out"
+    assert main([str(tmp_path / "furnace.yaml"), "--validate", "--quiet", "-o", str(folder)]) == 0
+    validation = json.loads((folder / "validation.json").read_text())
+    assert validation["passed"] is True
+    assert validation["solvers"]["liggghts"]["sphere_count"] == 3440
