@@ -1,8 +1,8 @@
 """VTK: ``bed.vtp`` with one vertex a sphere, and the walls as ``wall.vtp``; for ParaView and pyvista.
 
-Format: "VTK XML file formats" (docs.vtk.org), PolyData with its arrays appended raw. ParaView shows points only
-where there are cells, so every point has a vertex. To see the sizes: Point Gaussian, or Glyph of a sphere scaled
-by ``diameter`` with factor 1 (the glyph's own radius is 0.5).
+Format: "VTK XML file formats" (docs.vtk.org), PolyData with its arrays appended raw. ParaView shows
+points only where there are cells, so every point has a vertex. To see the sizes: Point Gaussian, or Glyph of
+a sphere scaled by ``diameter`` with factor 1 (the glyph's own radius is 0.5).
 """
 
 from __future__ import annotations

@@ -150,7 +150,7 @@ def edge_angles(surface: Surface) -> tuple[Float64Array, BoolArray]:
 
 
 def on_periodic_side(container: Container) -> BoolArray:
-    """Return which facets (F,) of a container lie on a side where it wraps around, so that there is no wall."""
+    """Return which facets (F,) of a container lie on a side where it wraps around: no wall is there."""
     corners = container.surface.vertices[container.surface.faces]
     size = container.bounds[1] - container.bounds[0]
     on_side = np.zeros(len(corners), dtype=bool)
