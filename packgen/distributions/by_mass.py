@@ -83,7 +83,7 @@ class RosinRammler(Distribution):
     def cumulative_mass(self, radius: Float64Array) -> Float64Array:
         low, high = self._reduced(np.array(self.radius_bounds))
         inside = self._reduced(clipped(radius, *self.radius_bounds))
-        return np.asarray(np.expm1(low - inside) / np.expm1(low - high))
+        return np.asarray(np.expm1(low - inside) / np.expm1(low - high) + 0.0)
 
     @override
     def cumulative_number(self, radius: Float64Array) -> Float64Array:

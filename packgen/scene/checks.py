@@ -1,7 +1,7 @@
 """What only several parts of a scene together can get wrong.
 
 ``across`` looks at the plain data, so that its faults are shown together with those of single values;
-``of_lists`` needs the files of radii read.
+``of_amounts`` needs the laws of size.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from packgen.distributions import Listed
 from packgen.scene.document import SceneFile
 from packgen.scene.faults import Fault, Said
 from packgen.scene.models import ZoneSpec
+from packgen.shares import expected_count, number_shares
 from packgen.yamlmarks import Location
 
-__all__ = ["across", "fill_proportions", "of_lists"]
+__all__ = ["across", "fill_proportions", "of_amounts"]
 
 
 def across(data: dict[str, Any]) -> list[Fault]:
@@ -77,19 +78,26 @@ def fill_proportions(document: SceneFile) -> tuple[ZoneSpec, ...]:
     return tuple(zones)
 
 
-def of_lists(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
-    """Return the zones that ask for more spheres than a file of radii has."""
+def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
+    """Return the zones that ask for less than a sphere, or for more spheres than a file of radii has."""
     faults = []
+    sets = document.particle_sets
     for index, zone in enumerate(zones):
-        for share, each in zip(zone.set_proportions, document.particle_sets, strict=False):
+        count = expected_count(zone, sets)
+        key = next(
+            (name for name in ("n_particles", "volume", "mass") if getattr(zone, name) is not None), ""
+        )
+        if count is None:
+            continue
+        if count < 0.5:
+            expected = "at least that of one sphere of mean size; check its unit and that of the radii"
+            faults.append(Fault(("zones", index, key), getattr(zone, key), expected))
+        for share, each in zip(number_shares(zone, sets), sets, strict=True):
             law = each.distribution
-            if not isinstance(law, Listed) or share == 0.0:
-                continue
-            if zone.n_particles is not None and zone.proportions_by == "number":
-                asked = share * zone.n_particles
-                if asked > law.count + 0.5:
-                    expected = f"at most {int(law.count / share)}: the file of radii has {law.count} spheres"
-                    faults.append(Fault(("zones", index, "n_particles"), zone.n_particles, expected))
+            if isinstance(law, Listed) and share * count > law.count + 0.5:
+                expected = f"at most {law.count / share / count * getattr(zone, key):.6g}: "
+                expected += f"the file of radii has {law.count} spheres"
+                faults.append(Fault(("zones", index, key), getattr(zone, key), expected))
     return faults
 
 

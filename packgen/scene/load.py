@@ -6,7 +6,7 @@ Example: ``load_scene(Path("furnace.yaml")).mark("zones[1].location.path")`` is 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -14,9 +14,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from packgen.bed import Material, ParticleSet
+from packgen.bed import Material
 from packgen.errors import SceneError
-from packgen.scene.checks import across, fill_proportions, of_lists
+from packgen.scene.checks import across, fill_proportions, of_amounts
 from packgen.scene.document import COLLECTIVE_ARRANGEMENT, ForeignSceneFile, SceneFile
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
 from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
@@ -42,9 +42,8 @@ class Scene:
         algorithm: Name of the algorithm.
         params: Settings of COLLECTIVE_ARRANGEMENT; its defaults for any other algorithm.
         raw_params: What the file says under ``params``, for algorithms that come from elsewhere.
-        particle_sets: The sets, named; each with its ``distribution``.
+        particle_sets: The sets, names and materials filled in; each with its ``distribution``.
         materials: Declared and used materials, defaults filled in.
-        set_materials: Name of each set's material.
         wall_material: Name of the walls' material.
         zones: The zones in the order of filling, proportions filled in.
         validation: Limits of a solver's verdict.
@@ -60,7 +59,6 @@ class Scene:
     raw_params: Mapping[str, Any]
     particle_sets: tuple[SetKeys, ...]
     materials: tuple[Material, ...]
-    set_materials: tuple[str, ...]
     wall_material: str
     zones: tuple[ZoneSpec, ...]
     validation: ValidationSpec
@@ -70,29 +68,21 @@ class Scene:
         """Return ``file:line:column`` of a value such as ``zones[1].location``, or of what is around it."""
         return self.marked.place(path_location(path))
 
-    @property
-    def bed_sets(self) -> tuple[ParticleSet, ...]:
-        """The sets as the bed carries them."""
-        pairs = zip(self.particle_sets, self.set_materials, strict=True)
-        return tuple(ParticleSet(each.name or "", each.density, material) for each, material in pairs)
-
-    def settings(self) -> dict[str, Any]:
-        """Return everything that shaped the bed, defaults filled in, as plain data that JSON can hold."""
+    def model_dump(self, *, mode: str = "json") -> dict[str, Any]:
+        """Return everything that shaped the bed, defaults filled in, as plain data; mode as in pydantic."""
         own = self.algorithm == COLLECTIVE_ARRANGEMENT
         return {
-            "container": self.container.model_dump(mode="json", exclude_none=True),
+            "container": self.container.model_dump(mode=mode, exclude_none=True),
             "gravity_direction": list(self.gravity_direction),
             "gravity": self.gravity,
             "seed": self.seed,
             "algorithm": self.algorithm,
-            "params": self.params.model_dump(mode="json") if own else dict(self.raw_params),
-            "particle_sets": [
-                each.model_dump(mode="json", exclude_none=True) | {"material": material}
-                for each, material in zip(self.particle_sets, self.set_materials, strict=True)
-            ],
+            "params": self.params.model_dump(mode=mode) if own else dict(self.raw_params),
+            "particle_sets": [each.model_dump(mode=mode, exclude_none=True) for each in self.particle_sets],
+            "materials": [asdict(each) for each in self.materials],
             "wall_material": self.wall_material,
-            "zones": [each.model_dump(mode="json", exclude_none=True) for each in self.zones],
-            "validation": self.validation.model_dump(mode="json"),
+            "zones": [each.model_dump(mode=mode, exclude_none=True) for each in self.zones],
+            "validation": self.validation.model_dump(mode=mode),
         }
 
 
@@ -124,7 +114,7 @@ def load_scene(path: Path) -> Scene:
         faults += faults_of(error, model, data)
         raise SceneError(lines_of(_without_echoes(faults), marked)) from error
     zones = fill_proportions(document)
-    faults += of_lists(document, zones)
+    faults += of_amounts(document, zones)
     if faults:
         raise SceneError(lines_of(faults, marked))
     return _scene(Path(path), document, zones, marked)
@@ -132,16 +122,15 @@ def load_scene(path: Path) -> Scene:
 
 def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked: MarkedData) -> Scene:
     """Fill in names and materials."""
+    declared = document.materials
+    default = next(iter(declared)) if len(declared) == 1 else DEFAULT_MATERIAL
     sets = tuple(
-        each if each.name else each.model_copy(update={"name": f"set_{index}"})
+        each.model_copy(update={"name": each.name or f"set_{index}", "material": each.material or default})
         for index, each in enumerate(document.particle_sets)
     )
-    declared = document.materials or {}
-    default = next(iter(declared)) if len(declared) == 1 else DEFAULT_MATERIAL
-    set_materials = tuple(each.material or default for each in sets)
+    set_materials = [each.material for each in sets]
     wall = document.wall_material or set_materials[0]
     names = dict.fromkeys([*declared, *set_materials, wall])
-    raw = document.params if isinstance(document, ForeignSceneFile) else {}
     return Scene(
         path=path,
         container=document.container,
@@ -150,10 +139,9 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         seed=document.seed,
         algorithm=document.algorithm,
         params=document.params if isinstance(document.params, Params) else Params(),
-        raw_params=MappingProxyType(dict(raw if isinstance(raw, dict) else marked.data.get("params") or {})),
+        raw_params=MappingProxyType(dict(marked.data.get("params") or {})),
         particle_sets=sets,
         materials=tuple(_material(name, declared.get(name)) for name in names),
-        set_materials=set_materials,
         wall_material=wall,
         zones=zones,
         validation=document.validation,

@@ -31,14 +31,14 @@ class SetKeys(Keys):
     """What every set has.
 
     Attributes:
-        name: Its name; None only before ``load_scene`` fills it in.
+        name: Its name; empty only before ``load_scene`` fills it in.
         density: Density of its spheres [kg/m3].
-        material: Name of its material; None: the default.
+        material: Name of its material; empty only before ``load_scene`` fills it in.
     """
 
-    name: Name | None = None
+    name: Name = ""
     density: Density = 2500.0
-    material: Name | None = None
+    material: Name = ""
 
     @cached_property
     def distribution(self) -> Distribution:
