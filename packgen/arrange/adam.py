@@ -4,7 +4,9 @@ Source: "Rapid Random Packing of Poly-disperse Spheres using Adam Stochastic Opt
 sections III-C, IV, V-A. What is printed is kept, with these readings and additions:
 
 - Line 11 as printed keeps the *largest* objective as the best; the text minimises, and so does this module.
-- The paper names ReduceLROnPlateau without its settings; `AdamSettings` documents ours.
+- The paper names torch's ReduceLROnPlateau without its settings, so torch's own defaults are taken: factor
+  0.1, patience 10. Only the threshold differs: torch's is relative to the objective, so to where the origin
+  lies; ours is a mean sinking in radii.
 - A batch is "successfully packed" when the average overlap "between spheres or with the convex hull" stays
   below "a given threshold", not printed; the paper reports that "the average overlap measured at the contact
   points was always below 1.1 % of the particle radius", "due to line 19". So both averages, over the contacts
@@ -70,8 +72,8 @@ class AdamSettings:
     n_epoch: int = 2000
     patience: int = 50
     weights: Weights = field(default_factory=Weights)
-    plateau_factor: float = 0.5
-    plateau_patience: int = 20
+    plateau_factor: float = 0.1
+    plateau_patience: int = 10
     plateau_threshold: float = 1.0e-3
     rate_end: float = 1.0e-3
     batch_size: int = 500

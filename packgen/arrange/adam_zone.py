@@ -6,7 +6,8 @@ zone is full. What the paper leaves open: the start positions of a batch are uni
 cross-section in a slab on top of the last layer, as thick as the batch at the solid fraction
 ``settings.start_fraction``: loose enough to settle freely, thin enough not to fall for long. Where the slab
 would rise above the zone it is cut there, but never to less than one diameter: the last spheres then start in
-between the tops of the bed.
+between the tops of the bed. Of the spheres that were there before, those with centres inside the zone count
+as its last layer: a zone may lie below or beside an earlier one.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from torch import Tensor
 from packgen.arrange.adam import AdamSettings, BatchResult, arrange_batch, batch_accepted
 from packgen.arrange.objective import Walls
 from packgen.arrays import Float64Array, Int32Array
+
+CHUNK = 2**14  # fixed spheres whose walls are looked at together
 
 SampleAbove = Callable[[np.random.Generator, int, float, float], Float64Array]
 Finish = Callable[[Tensor, Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -141,13 +144,15 @@ def pack_zone_adam(
         threads: Threads for torch: the tensors of a batch are small, one is fastest.
         all_pairs: Evaluate eq. 5 over all pairs, as printed.
     """
-    bed = _Bed(fixed_position, fixed_radius)
+    bed = _Bed(fixed_position, fixed_radius, walls, down)
     batch_size, thrown_back, batch_index = settings.batch_size, 0, 0
     with torch_threads(threads), torch.no_grad():
         while not supply.finished and batch_size > 0:
             draw = supply.take(batch_size)
             radius = torch.from_numpy(np.array(draw.radius, dtype=np.float64)).to(down.device)
-            start = _start_positions(radius, bed.top(down), space, settings, rng)
+            if not len(radius):
+                break
+            start = _start_positions(radius, bed.top, space, settings, rng)
             fixed = bed.spheres
             result = arrange_batch(start, radius, *fixed, walls, down, settings, all_pairs=all_pairs)
             kept = torch.full((len(radius),), batch_accepted(result, settings), device=down.device)
@@ -165,7 +170,7 @@ def pack_zone_adam(
             thrown_back += int(back.sum())
             if on_progress is not None:
                 progress = BatchProgress(
-                    len(radius), not bool(back.all()), bed.placed, thrown_back, bed.top(down), result
+                    len(radius), not bool(back.all()), bed.placed, thrown_back, bed.top, result
                 )
                 on_progress(progress)
     return bed.zone(thrown_back)
@@ -183,13 +188,23 @@ def torch_threads(count: int) -> Iterator[None]:
 
 
 class _Bed:
-    """The fixed spheres: those that were there, and the accepted batches."""
+    """The fixed spheres: those that were there, and the accepted batches.
 
-    def __init__(self, position: Tensor, radius: Tensor) -> None:
+    Attributes:
+        spheres: Centres [m], shape (f, 3), and radii [m], shape (f,).
+        top: Altitude of the highest point of those in the zone (the paper's max(C' + r')) [m].
+    """
+
+    def __init__(self, position: Tensor, radius: Tensor, walls: Walls, down: Tensor) -> None:
         self.spheres = position, radius
+        self.top = -math.inf
+        self._down = down
         self._before = len(radius)
         self._set_index: list[Int32Array] = []
         self._batch_index: list[Int32Array] = []
+        for centers, radii in zip(torch.split(position, CHUNK), torch.split(radius, CHUNK), strict=True):
+            inside = (walls.exterior(centers, torch.zeros_like(radii)) <= 0.0).all(dim=1)
+            self._raise_top(centers[inside], radii[inside])
 
     @property
     def placed(self) -> int:
@@ -199,11 +214,11 @@ class _Bed:
         self.spheres = torch.cat((self.spheres[0], position)), torch.cat((self.spheres[1], radius))
         self._set_index.append(set_index)
         self._batch_index.append(np.full(len(radius), batch_index, dtype=np.int32))
+        self._raise_top(position, radius)
 
-    def top(self, down: Tensor) -> float:
-        """Return the altitude of the highest point of all spheres (the paper's max(C' + r')) [m]."""
-        position, radius = self.spheres
-        return float((radius - position @ down).max()) if len(radius) else -math.inf
+    def _raise_top(self, position: Tensor, radius: Tensor) -> None:
+        if len(radius):
+            self.top = max(self.top, float((radius - position @ self._down).max()))
 
     def zone(self, thrown_back: int) -> AdamZone:
         position, radius = (values[self._before :].cpu().numpy() for values in self.spheres)

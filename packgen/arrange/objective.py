@@ -159,12 +159,12 @@ def objective(
     depth = -gap.clamp(max=0.0)
     # d depth / d x_i = -(x_i - x_j) / distance where they overlap, and the opposite for x_j
     overlaps = (gap < 0.0) & (distance > 0.0)
-    pull = torch.where(overlaps, pairs.count / distance, 0.0)[:, None] * difference
+    pull = torch.where(overlaps, weights.alpha * pairs.count / distance, 0.0)[:, None] * difference
     gradient = torch.zeros(
         (len(position) + len(fixed_position), 3), dtype=position.dtype, device=position.device
     )
-    gradient.index_add_(0, pairs.first, pull, alpha=-weights.alpha)
-    gradient.index_add_(0, pairs.second, pull, alpha=weights.alpha)
+    gradient.index_add_(0, pairs.second, pull)
+    gradient.index_add_(0, pairs.first, pull.neg_())
     exterior, exterior_gradient = _exterior(position, radius, walls)
     overlap = torch.dot(depth, pairs.count)
     value = weights.alpha * overlap - weights.beta * (position @ down).sum() + weights.gamma * exterior

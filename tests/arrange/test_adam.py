@@ -17,7 +17,7 @@ from packgen.arrange.adam import (
 from packgen.arrange.objective import PlaneWalls, all_pairs_objective, list_pairs
 
 DOWN = torch.tensor([0.0, 0.0, -1.0], dtype=torch.float64)
-SHORT = AdamSettings(n_epoch=120, patience=30, plateau_patience=5)
+SHORT = AdamSettings(n_epoch=120, patience=30, plateau_factor=0.5, plateau_patience=5)
 
 
 def box(size=1.0):

@@ -11,7 +11,7 @@ from packgen.arrange.adam_zone import ZoneSpace, pack_zone_adam, torch_threads
 from packgen.arrange.objective import PlaneWalls
 
 NOTHING = torch.empty((0, 3), dtype=torch.float64), torch.empty(0, dtype=torch.float64)
-SHORT = AdamSettings(batch_size=16, n_epoch=400, patience=30, plateau_patience=5, lr=0.02)
+SHORT = AdamSettings(batch_size=16, n_epoch=400, patience=30, plateau_factor=0.5, plateau_patience=5, lr=0.02)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,7 +40,18 @@ class Supply:
         self.queue = list(zip(draw.set_index.tolist(), draw.radius.tolist(), strict=True)) + self.queue
 
 
-def pack(radius, *, size=1.0, axis=2, sign=-1.0, settings=SHORT, fixed=NOTHING, seed=0, **options):
+def pack(
+    radius,
+    *,
+    size=1.0,
+    axis=2,
+    sign=-1.0,
+    settings=SHORT,
+    fixed=NOTHING,
+    seed=0,
+    supply_type=Supply,
+    **options,
+):
     """Pack a cube; returns the zone, the supply, the progress reports, and the walls."""
     down = torch.zeros(3, dtype=torch.float64)
     down[axis] = sign
@@ -54,7 +65,7 @@ def pack(radius, *, size=1.0, axis=2, sign=-1.0, settings=SHORT, fixed=NOTHING, 
 
     ends = (0.0, size) if sign < 0.0 else (-size, 0.0)
     space = ZoneSpace(*ends, lambda altitude: size**2, sample_above)
-    supply, reports = Supply(radius), []
+    supply, reports = supply_type(radius), []
     zone = pack_zone_adam(
         supply, walls, space, down, *fixed, settings, np.random.default_rng(seed),
         on_progress=reports.append, **options,
@@ -142,6 +153,20 @@ def test_later_zone_rests_on_the_fixed_spheres_and_does_not_return_them():
         torch.from_numpy(second.position), torch.from_numpy(second.radius), *fixed, walls
     )
     assert overlap_mean <= SHORT.overlap_limit
+
+
+def test_spheres_outside_the_zone_do_not_lift_the_start():
+    above = torch.tensor([[0.5, 0.5, 5.0]], dtype=torch.float64), torch.tensor([0.1], dtype=torch.float64)
+    beds = [pack(radii(10), fixed=fixed)[0].position for fixed in (NOTHING, above)]
+    assert np.array_equal(*beds)
+
+
+def test_supply_that_runs_dry_ends_the_zone():
+    class Dry(Supply):
+        finished = False
+
+    zone, *_ = pack(radii(10), supply_type=Dry)
+    assert len(zone.radius) == 10
 
 
 def test_same_seed_gives_the_same_bed_bit_for_bit_and_another_seed_another():
