@@ -50,27 +50,36 @@ def done_fraction(step: Step) -> float:
     return min(max(share, 0.0), 1.0)
 
 
-def describe(step: Step, seconds: float) -> str:
-    """Return a line of progress: stage, spheres, rate, time left.
+class Pace:
+    """Rate and time left, counted from the first step: what came before it is compilation."""
 
-    Args:
-        step: Where the core is.
-        seconds: Time since the start [s].
+    def __init__(self) -> None:
+        self._first: tuple[float, int, float] | None = None
 
-    Returns:
-        Such as ``arrange: 12,000 of 430,062 spheres, 31,000/s, 14 s left``.
-    """
-    done = done_fraction(step)
-    if step.placed == 0 and not step.total:
-        text = f"{step.stage}: {done:.0%}"
-    else:
-        of_total = f" of {step.total:,}" if step.total else ""
-        text = f"{step.stage}: {step.placed:,}{of_total} spheres"
-    if step.placed and seconds > 0.0:
-        text += f", {step.placed / seconds:,.0f}/s"
-    if 0.0 < done < 1.0:
-        text += f", {duration(seconds * (1.0 - done) / done)} left"
-    return text
+    def describe(self, step: Step, now: float) -> str:
+        """Return a line of progress: stage, spheres, rate, time left.
+
+        Args:
+            step: Where the core is.
+            now: Time on any clock [s].
+
+        Returns:
+            Such as ``arrange: 12,000 of 430,062 spheres, 31,000/s, 14 s left``.
+        """
+        done = done_fraction(step)
+        if self._first is None:
+            self._first = now, step.placed, done
+        since, placed, fraction = now - self._first[0], step.placed - self._first[1], done - self._first[2]
+        if step.placed == 0 and not step.total:
+            text = f"{step.stage}: {done:.0%}"
+        else:
+            of_total = f" of {step.total:,}" if step.total else ""
+            text = f"{step.stage}: {step.placed:,}{of_total} spheres"
+        if placed > 0 and since > 0.0:
+            text += f", {placed / since:,.0f}/s"
+        if fraction > 0.0 and done < 1.0:
+            text += f", {duration(since * (1.0 - done) / fraction)} left"
+        return text
 
 
 def duration(seconds: float) -> str:
@@ -104,15 +113,16 @@ def show_progress(stream: TextIO, *, quiet: bool = False) -> Iterator[Listener]:
 
 
 def _plain(stream: TextIO) -> Listener:
-    start = time.monotonic()
-    last = start
+    pace = Pace()
+    last = time.monotonic()
 
     def listen(step: Any) -> None:
         nonlocal last
         now = time.monotonic()
+        text = pace.describe(step, now)
         if now - last >= PLAIN_INTERVAL:
             last = now
-            stream.write(describe(step, now - start) + "\n")
+            stream.write(text + "\n")
             stream.flush()
 
     return listen
@@ -123,13 +133,13 @@ def _terminal(stream: TextIO) -> Iterator[Listener]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
-    start = time.monotonic()
+    pace = Pace()
     columns = BarColumn(), TextColumn("{task.percentage:>3.0f}% {task.description}")
     with Progress(*columns, console=Console(file=stream), transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
 
         def listen(step: Any) -> None:
-            text = describe(step, time.monotonic() - start)
+            text = pace.describe(step, time.monotonic())
             bar.update(task, completed=done_fraction(step), description=text)
 
         yield listen

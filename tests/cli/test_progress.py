@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from packgen.cli import progress
-from packgen.cli.progress import Share, describe, duration, show_progress
+from packgen.cli.progress import Pace, Share, duration, show_progress
 from packgen.cli.screen import table
 
 
@@ -25,16 +25,30 @@ def test_durations_read_as_people_say_them(seconds, text):
     assert duration(seconds) == text
 
 
+def line_after(first, later, seconds):
+    """What is said of the later of two steps."""
+    pace = Pace()
+    pace.describe(first, 100.0)
+    return pace.describe(later, 100.0 + seconds)
+
+
 def test_a_counted_zone_tells_rate_and_time_left_by_number():
-    assert describe(Step(250, 1000, 0.1), 10.0) == "arrange: 250 of 1,000 spheres, 25/s, 30 s left"
+    line = line_after(Step(0, 1000, 0.1), Step(250, 1000, 0.1), 10.0)
+    assert line == "arrange: 250 of 1,000 spheres, 25/s, 30 s left"
 
 
 def test_an_endless_zone_tells_time_left_by_height():
-    assert describe(Step(250, None, 0.5), 10.0) == "arrange: 250 spheres, 25/s, 10 s left"
+    assert line_after(Step(0), Step(250, None, 0.5), 10.0) == "arrange: 250 spheres, 25/s, 10 s left"
+
+
+def test_time_before_the_first_step_does_not_count():
+    assert Pace().describe(Step(50, 1000), 60.0) == "arrange: 50 of 1,000 spheres"
+    assert line_after(Step(500, 1000), Step(750, 1000), 5.0).endswith("50/s, 5 s left")
 
 
 def test_a_solver_tells_its_share():
-    assert describe(Share("liggghts, gravity run", 0.25), 10.0) == "liggghts, gravity run: 25%, 30 s left"
+    line = line_after(Share("liggghts, gravity run", 0.0), Share("liggghts, gravity run", 0.25), 10.0)
+    assert line == "liggghts, gravity run: 25%, 30 s left"
 
 
 def test_elsewhere_than_on_a_terminal_lines_are_few(monkeypatch):
