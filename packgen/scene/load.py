@@ -113,8 +113,9 @@ def load_scene(path: Path) -> Scene:
     except ValidationError as error:
         faults += faults_of(error, model, data)
         raise SceneError(lines_of(_without_echoes(faults), marked)) from error
-    zones = fill_proportions(document)
-    faults += of_amounts(document, zones)
+    if not faults:
+        zones = fill_proportions(document)
+        faults = of_amounts(document, zones)
     if faults:
         raise SceneError(lines_of(faults, marked))
     return _scene(Path(path), document, zones, marked)
