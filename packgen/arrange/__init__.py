@@ -1,0 +1,1 @@
+"""The arrangement: spheres, walls and a direction down in; a bed without overlaps out."""

@@ -1,0 +1,168 @@
+"""COLLECTIVE_ARRANGEMENT: spheres come in batches that arrange themselves together, zone by zone.
+
+The two optimisers share the regions, the walls and the end game: ``projection`` (``layers``) and the paper's
+``adam`` (``adam_zone``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from packgen.arrange.layers import LayerPlan, fill_in_layers
+from packgen.arrange.projection import Recipe, settle
+from packgen.arrange.region import Region, make_region
+from packgen.arrange.spheres import Pile, Spheres, joined
+from packgen.arrange.task import Progress, Task, ZoneTask
+from packgen.arrays import Float64Array
+from packgen.errors import PackingError
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from packgen.arrange.adam_zone import Finish, SampleAbove
+
+SAMPLE_ROUNDS = 200
+"""Rounds of random points until a narrow zone is given up."""
+
+
+def arrange(task: Task) -> Spheres:
+    """Fill the zones of a task.
+
+    Args:
+        task: What to fill and with what.
+
+    Returns:
+        The spheres that found a place, zone by zone; the others stay in the zones' supplies.
+
+    Raises:
+        PackingError: A zone lies outside the container, or nothing at all could be placed.
+    """
+    pile = Pile()
+    batch = 0
+    for zone in task.zones:
+        if zone.supply.finished:
+            continue
+        region = make_region(task.container, zone.locations, task.down, zone.supply.radius_max, zone.place)
+        pile.unearth()
+        fill = _fill_with_adam if task.settings.optimizer == "adam" else _fill_with_projection
+        batch = fill(task, zone, region, pile, batch)
+    if len(pile) == 0:
+        smallest = min(zone.supply.radius_min for zone in task.zones)
+        raise PackingError(
+            f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); "
+            "expected a larger container or smaller spheres"
+        )
+    return pile.all()
+
+
+def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile, first_batch: int) -> int:
+    recipe = Recipe(tolerance=task.settings.tolerance)
+    plan = LayerPlan()
+    if task.settings.batch_size is not None:
+        plan = _plan_of_size(plan, task.settings.batch_size, zone, region)
+    total = _total(task)
+
+    def on_layer(batch: int, placed: int, level: float, thrown_back: int) -> None:
+        height = (level - region.floor) / (region.ceiling - region.floor)
+        task.on_progress(Progress("arrange", placed, total, batch, min(max(height, 0.0), 1.0), thrown_back))
+
+    return fill_in_layers(
+        region, zone.supply, pile, zone.index, recipe, plan, task.rng, on_layer, first_batch
+    )
+
+
+def _plan_of_size(plan: LayerPlan, batch_size: int, zone: ZoneTask, region: Region) -> LayerPlan:
+    """Return a plan whose layers hold about ``batch_size`` spheres at half of the region's height."""
+    area = region.area(0.5 * (region.floor + region.ceiling))
+    per_diameter = 0.6 * area * 2.0 * zone.supply.radius_reference / zone.supply.mean_volume
+    return replace(plan, thickness=float(np.clip(batch_size / per_diameter, 0.25, 20.0)))
+
+
+def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, first_batch: int) -> int:
+    import torch
+
+    from packgen.arrange.adam import AdamSettings
+    from packgen.arrange.adam_zone import BatchProgress, ZoneSpace, pack_zone_adam
+    from packgen.arrange.objective import Weights
+    from packgen.arrange.plain_walls import FeatureWalls
+
+    params, before, total = task.settings, pile.front, _total(task)
+    settings = AdamSettings(
+        lr=params.lr,
+        n_epoch=params.n_epoch,
+        patience=params.patience,
+        weights=Weights(params.alpha, params.beta, params.gamma),
+        batch_size=params.batch_size or AdamSettings.batch_size,
+    )
+
+    def on_batch(done: BatchProgress) -> None:
+        height = (done.top - region.floor) / (region.ceiling - region.floor)
+        placed = len(before) + done.placed
+        share = min(max(height, 0.0), 1.0)
+        task.on_progress(Progress("arrange", placed, total, first_batch, share, done.thrown_back))
+
+    packed = pack_zone_adam(
+        zone.supply,
+        FeatureWalls.of(region.walls, task.device),
+        ZoneSpace(region.floor, region.ceiling, region.area, _sampler(region, zone.place)),
+        torch.as_tensor(task.down, device=task.device),
+        torch.tensor(before.position, device=task.device),
+        torch.tensor(before.radius, device=task.device),
+        settings,
+        task.rng,
+        finish=None if params.tolerance is None else _end_game(region, Recipe(tolerance=params.tolerance)),
+        on_progress=on_batch,
+        threads=task.threads or 1,
+    )
+    added = Spheres(
+        packed.position,
+        packed.radius,
+        packed.set_index,
+        np.full(len(packed.radius), zone.index, np.int32),
+        packed.batch_index + np.int32(first_batch),
+    )
+    pile.front = joined([before, added])
+    return first_batch + int(packed.batch_index.max(initial=-1)) + 1
+
+
+def _sampler(region: Region, place: str) -> SampleAbove:
+    """Return the start positions of adam's batches: uniform in a slab of the region."""
+
+    def sample_above(rng: np.random.Generator, count: int, height: float, thickness: float) -> Float64Array:
+        points = np.empty((0, 3))
+        for _ in range(SAMPLE_ROUNDS):
+            more = region.sample(rng, 2 * count + 64, height, height + thickness)
+            points = np.concatenate([points, more])[:count]
+            if len(points) == count:
+                return points
+        raise PackingError(
+            f"{place}: no room at altitude {height:.4g} m; expected a zone wider than its spheres"
+        )
+
+    return sample_above
+
+
+def _end_game(region: Region, recipe: Recipe) -> Finish:
+    """Return what brings a batch of adam to tolerance: the projection sweeps without the sinking."""
+    import torch
+
+    def finish(position: Tensor, radius: Tensor, *fixed: Tensor) -> tuple[Tensor, Tensor]:
+        spheres = [
+            np.column_stack([position.cpu(), radius.cpu()]),
+            np.column_stack([each.cpu() for each in fixed]),
+        ]
+        settled, kept = settle(
+            np.concatenate(spheres), len(radius), region.walls, region.down, recipe, sink=False
+        )
+        return torch.as_tensor(kept, device=radius.device), position.new_tensor(settled)
+
+    return finish
+
+
+def _total(task: Task) -> int | None:
+    """Return the number of spheres that all zones ask for; None: some zone is to be filled."""
+    asked = [zone.supply.asked for zone in task.zones]
+    return None if None in asked else sum(each or 0 for each in asked)

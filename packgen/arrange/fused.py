@@ -1,0 +1,118 @@
+"""A layer of spheres under arrangement, on the fused CPU loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.arrange.kernels.pairs import cell_keys, fill_list, level_grids
+from packgen.arrange.kernels.sweep import sphere_overlaps, sweep, wall_candidates
+from packgen.arrange.walls import WallTable
+from packgen.arrays import Float64Array, Int32Array, Int64Array
+
+
+@dataclass(slots=True)
+class FusedLayer:
+    """The spheres being arranged, sorted by cell, with their neighbour list.
+
+    Attributes:
+        ball: Centres and arranged radii [m], shape (N, 4); the first ``moving`` move.
+        moving: How many move.
+        walls: What bounds the moving ones.
+        previous: Centres of the moving spheres one sweep ago [m], shape (moving, 3).
+        identity: Place of each moving sphere in the order given, shape (moving,).
+    """
+
+    ball: Float64Array
+    moving: int
+    walls: WallTable
+    previous: Float64Array = field(init=False)
+    identity: Int64Array = field(init=False)
+    shift: Float64Array = field(init=False)
+    anchor: Float64Array = field(init=False)
+    begin: Int64Array = field(init=False)
+    neighbor: Int32Array = field(init=False)
+    wall_begin: Int64Array = field(init=False)
+    wall_item: Int32Array = field(init=False)
+    owners: int = 0
+
+    def __post_init__(self) -> None:
+        self.previous = self.ball[: self.moving, :3].copy()
+        self.identity = np.arange(self.moving)
+        self.neighbor = np.empty(24 * len(self.ball) + 4096, np.int32)
+        self.wall_item = np.empty(2 * self.moving + 4096, np.int32)
+        self.shift = np.empty((self.moving, 3))
+
+    def rebuild(self, skin: float) -> None:
+        """Sort the spheres by cell and list their neighbours and walls anew."""
+        box, level, size, cells, first = level_grids(self.ball, len(self.ball), skin)
+        moving = self.moving
+        _, start_moving, order = cell_keys(self.ball, 0, moving, box, level, size, cells, first)
+        _, start_fixed, order_fixed = cell_keys(
+            self.ball, moving, len(self.ball), box, level, size, cells, first
+        )
+        whole = np.concatenate([order, order_fixed + np.int32(moving)])
+        self.ball = self.ball[whole]
+        self.previous = self.previous[order]
+        self.identity = self.identity[order]
+        self.owners = moving if len(size) == 1 else len(self.ball)
+        self.begin = np.empty(self.owners + 1, np.int64)
+        while (
+            fill_list(
+                self.ball, moving, self.owners, skin, box, level[whole], size, cells, first,
+                start_moving, start_fixed, self.begin, self.neighbor,
+            )
+            < 0
+        ):  # fmt: skip
+            self.neighbor = np.empty(2 * len(self.neighbor), np.int32)
+        self._list_walls(skin)
+        self.anchor = self.ball[:moving, :3].copy()
+
+    def _list_walls(self, skin: float) -> None:
+        walls = self.walls
+        self.wall_begin = np.empty(self.moving + 1, np.int64)
+        while (
+            wall_candidates(
+                self.ball, self.moving, skin, walls.kind, walls.row, walls.map_origin,
+                walls.map_size, walls.map_cells, walls.map_start, walls.map_item,
+                self.wall_begin, self.wall_item,
+            )
+            < 0
+        ):  # fmt: skip
+            self.wall_item = np.empty(2 * len(self.wall_item), np.int32)
+
+    def sweep(
+        self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
+    ) -> tuple[float, bool]:
+        """Run one sweep; see ``kernels.sweep.sweep``."""
+        worst, holds = sweep(
+            self.ball, self.previous, self.shift, self.anchor, self.moving, self.owners,
+            self.begin, self.neighbor, self.wall_begin, self.wall_item, self.walls.kind, self.walls.row,
+            sink, momentum, relaxation, stride, skin,
+        )  # fmt: skip
+        return float(worst), bool(holds)
+
+    def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
+        """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
+        blame = np.empty(self.moving)
+        height = -(self.ball[: self.moving, :3] @ down)
+        worst = sphere_overlaps(
+            self.ball, scale, self.moving, self.owners, self.begin, self.neighbor,
+            self.wall_begin, self.wall_item, self.walls.kind, self.walls.row, height, blame,
+        )  # fmt: skip
+        return float(worst), blame
+
+    def drop(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of the layer."""
+        keep = ~out
+        self.ball = np.concatenate([self.ball[: self.moving][keep], self.ball[self.moving :]])
+        self.previous = self.previous[keep]
+        self.identity = self.identity[keep]
+        self.moving = int(keep.sum())
+        self.shift = np.empty((self.moving, 3))
+
+    def positions(self) -> Float64Array:
+        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
+        return self.ball[: self.moving, :3]

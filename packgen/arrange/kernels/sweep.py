@@ -1,0 +1,292 @@
+"""The contact sweep: every overlapping pair is pushed apart, every sphere back inside its walls, all at once.
+
+One sweep is a Jacobi step of position-based dynamics (Mueller et al., J. Vis. Commun. Image R. 18 (2007) 109):
+each sphere moves by the sum of its overlaps along their normals, shared in inverse proportion to the masses,
+from a position extrapolated by momentum.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from packgen.arrange.kernels.walls import wall_gap
+
+
+@njit(cache=True, error_model="numpy")
+def wall_candidates(
+    ball: NDArray[np.float64],
+    moving: int,
+    skin: float,
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    map_origin: NDArray[np.float64],
+    map_size: float,
+    map_cells: NDArray[np.int64],
+    map_start: NDArray[np.int32],
+    map_item: NDArray[np.int32],
+    begin: NDArray[np.int64],
+    item: NDArray[np.int32],
+) -> int:
+    """List the wall features that each moving sphere can reach before the next rebuild.
+
+    Args:
+        ball: Centres and radii [m], shape (N, 4).
+        moving: How many of them move.
+        skin: A sphere of radius r moves by less than ``skin * r / 2`` until then.
+        kind: Kind of each feature, shape (F,).
+        row: The features, shape (F, FEATURE_WIDTH).
+        map_origin: Lower corner of the map of features [m], shape (3,).
+        map_size: Cell size of the map [m].
+        map_cells: Cells along each axis, shape (3,).
+        map_start: First entry of each cell, shape (cells + 1,).
+        map_item: Features near each cell.
+        begin: Out: first entry of each sphere, shape (moving + 1,).
+        item: Out: features.
+
+    Returns:
+        Number of entries, or -1 where ``item`` is too short.
+    """
+    total = 0
+    inverse = 1.0 / map_size
+    for i in range(moving):
+        begin[i] = total
+        x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
+        cx = min(max(int((x - map_origin[0]) * inverse), 0), map_cells[0] - 1)
+        cy = min(max(int((y - map_origin[1]) * inverse), 0), map_cells[1] - 1)
+        cz = min(max(int((z - map_origin[2]) * inverse), 0), map_cells[2] - 1)
+        cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
+        low, high = map_start[cell], map_start[cell + 1]
+        if total + high - low > len(item):
+            return -1
+        for k in range(low, high):
+            feature = map_item[k]
+            if wall_gap(kind[feature], row[feature], x, y, z, radius)[0] < 0.5 * skin * radius:
+                item[total] = feature
+                total += 1
+    begin[moving] = total
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def push_pairs(
+    ball: NDArray[np.float64],
+    moving: int,
+    owners: int,
+    begin: NDArray[np.int64],
+    neighbor: NDArray[np.int32],
+    shift: NDArray[np.float64],
+) -> float:
+    """Add up the pushes of all listed overlaps.
+
+    Args:
+        ball: Centres and radii [m], shape (N, 4).
+        moving: The first so many spheres move.
+        owners: The first so many spheres own pairs.
+        begin: First list entry of each owner, shape (owners + 1,).
+        neighbor: The other sphere of each pair.
+        shift: Out: sum of the pushes on each moving sphere [m], shape (moving, 3).
+
+    Returns:
+        Largest overlap as a fraction of the smaller radius.
+    """
+    worst = 0.0
+    for i in range(moving):
+        shift[i, 0] = 0.0
+        shift[i, 1] = 0.0
+        shift[i, 2] = 0.0
+    for i in range(owners):
+        x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
+        px, py, pz = 0.0, 0.0, 0.0
+        for k in range(begin[i], begin[i + 1]):
+            j = neighbor[k]
+            dx = x - ball[j, 0]
+            dy = y - ball[j, 1]
+            dz = z - ball[j, 2]
+            other = ball[j, 3]
+            reach = radius + other
+            square = dx * dx + dy * dy + dz * dz
+            if square < reach * reach:
+                distance = math.sqrt(square)
+                overlap = reach - distance
+                worst = max(worst, overlap / min(radius, other))
+                if distance < 1e-9 * reach:
+                    # Coincident centres have no normal: part them along a direction of their own numbers.
+                    angle = 2.399963229728653 * (i + j)
+                    dx, dy, dz = math.cos(angle), math.sin(angle), 0.5 - (i & 1)
+                    distance = math.sqrt(1.25)
+                if j < moving:
+                    share = 0.5
+                    if i >= moving:
+                        share = 0.0
+                    elif radius != other:
+                        heavy = radius * radius * radius
+                        share = other * other * other
+                        share /= share + heavy
+                    back = (1.0 - share) * overlap / distance
+                    shift[j, 0] -= back * dx
+                    shift[j, 1] -= back * dy
+                    shift[j, 2] -= back * dz
+                    push = share * overlap / distance
+                else:
+                    push = overlap / distance
+                px += push * dx
+                py += push * dy
+                pz += push * dz
+        if i < moving:
+            shift[i, 0] += px
+            shift[i, 1] += py
+            shift[i, 2] += pz
+    return worst
+
+
+@njit(cache=True, error_model="numpy")
+def sweep(  # type: ignore[no-untyped-def]
+    ball: NDArray[np.float64],
+    previous: NDArray[np.float64],
+    shift: NDArray[np.float64],
+    anchor: NDArray[np.float64],
+    moving: int,
+    owners: int,
+    begin: NDArray[np.int64],
+    neighbor: NDArray[np.int32],
+    wall_begin: NDArray[np.int64],
+    wall_item: NDArray[np.int32],
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    sink: NDArray[np.float64],
+    momentum: float,
+    relaxation: float,
+    stride: float,
+    skin: float,
+):
+    """Sink, extrapolate, push apart, and put back inside the walls, once.
+
+    Args:
+        ball: Centres and radii [m], shape (N, 4); the first ``moving`` rows change.
+        previous: Centres one sweep ago [m], shape (moving, 3); changes.
+        shift: Work space, shape (moving, 3).
+        anchor: Centres when the list was built [m], shape (moving, 3).
+        moving: The first so many spheres move.
+        owners: The first so many spheres own pairs.
+        begin: First list entry of each owner.
+        neighbor: The other sphere of each pair.
+        wall_begin: First wall entry of each moving sphere.
+        wall_item: Features within reach.
+        kind: Kind of each feature.
+        row: The features.
+        sink: Displacement before the sweep [m], shape (3,).
+        momentum: Share of the last displacement that is added again.
+        relaxation: Factor on the sum of the pushes.
+        stride: Largest displacement by pushes, as a fraction of the radius.
+        skin: The list holds while no sphere has moved by ``skin * radius / 2``.
+
+    Returns:
+        (largest pair overlap as a fraction of the smaller radius, whether the list still holds).
+    """
+    for i in range(moving):
+        for axis in range(3):
+            here = ball[i, axis] + sink[axis]
+            ball[i, axis] = here + momentum * (here - previous[i, axis])
+            previous[i, axis] = here
+    worst = push_pairs(ball, moving, owners, begin, neighbor, shift)
+    holds = True
+    for i in range(moving):
+        radius = ball[i, 3]
+        sx = relaxation * shift[i, 0]
+        sy = relaxation * shift[i, 1]
+        sz = relaxation * shift[i, 2]
+        square = sx * sx + sy * sy + sz * sz
+        limit = stride * radius
+        if square > limit * limit:
+            shorten = limit / math.sqrt(square)
+            sx *= shorten
+            sy *= shorten
+            sz *= shorten
+        x, y, z = ball[i, 0] + sx, ball[i, 1] + sy, ball[i, 2] + sz
+        # Where several walls meet, putting back from one may push into the next: go round twice.
+        rounds = min(wall_begin[i + 1] - wall_begin[i], 2)
+        for _ in range(rounds):
+            for k in range(wall_begin[i], wall_begin[i + 1]):
+                feature = wall_item[k]
+                gap, nx, ny, nz = wall_gap(kind[feature], row[feature], x, y, z, radius)
+                if gap < 0.0:
+                    x -= gap * nx
+                    y -= gap * ny
+                    z -= gap * nz
+        ball[i, 0], ball[i, 1], ball[i, 2] = x, y, z
+        dx = x - anchor[i, 0]
+        dy = y - anchor[i, 1]
+        dz = z - anchor[i, 2]
+        margin = 0.5 * skin * radius
+        if dx * dx + dy * dy + dz * dz > margin * margin:
+            holds = False
+    return worst, holds
+
+
+@njit(cache=True, error_model="numpy")
+def sphere_overlaps(
+    ball: NDArray[np.float64],
+    scale: float,
+    moving: int,
+    owners: int,
+    begin: NDArray[np.int64],
+    neighbor: NDArray[np.int32],
+    wall_begin: NDArray[np.int64],
+    wall_item: NDArray[np.int32],
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    height: NDArray[np.float64],
+    overlap: NDArray[np.float64],
+) -> float:
+    """Blame each overlap on one moving sphere: the higher of a pair, the one in the wall.
+
+    Args:
+        ball: Centres and arranged radii [m], shape (N, 4).
+        scale: True radius over arranged radius.
+        moving: The first so many spheres move.
+        owners: The first so many spheres own pairs.
+        begin: First list entry of each owner.
+        neighbor: The other sphere of each pair.
+        wall_begin: First wall entry of each moving sphere.
+        wall_item: Features within reach.
+        kind: Kind of each feature.
+        row: The features.
+        height: Height of each moving sphere [m], shape (moving,).
+        overlap: Out: the largest overlap each moving sphere is blamed for, as a fraction of the smaller
+            true radius, shape (moving,).
+
+    Returns:
+        Largest of them.
+    """
+    overlap[:moving] = 0.0
+    worst = 0.0
+    for i in range(owners):
+        radius = scale * ball[i, 3]
+        for k in range(begin[i], begin[i + 1]):
+            j = neighbor[k]
+            other = scale * ball[j, 3]
+            dx = ball[i, 0] - ball[j, 0]
+            dy = ball[i, 1] - ball[j, 1]
+            dz = ball[i, 2] - ball[j, 2]
+            reach = radius + other
+            square = dx * dx + dy * dy + dz * dz
+            if square < reach * reach:
+                depth = (reach - math.sqrt(square)) / min(radius, other)
+                worst = max(worst, depth)
+                blamed = i
+                if i >= moving or (j < moving and height[j] > height[i]):
+                    blamed = j
+                overlap[blamed] = max(overlap[blamed], depth)
+    for i in range(moving):
+        radius = scale * ball[i, 3]
+        for k in range(wall_begin[i], wall_begin[i + 1]):
+            feature = wall_item[k]
+            gap = wall_gap(kind[feature], row[feature], ball[i, 0], ball[i, 1], ball[i, 2], radius)[0]
+            if gap < 0.0:
+                overlap[i] = max(overlap[i], -gap / radius)
+                worst = max(worst, -gap / radius)
+    return worst

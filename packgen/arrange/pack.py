@@ -1,0 +1,135 @@
+"""From a scene and its container to a bed: draws the radii, runs the algorithm, keeps the provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+import packgen
+from packgen.arrange.spheres import Spheres
+from packgen.arrange.task import Algorithm, Progress, Task, ZoneTask
+from packgen.bed import Bed, ParticleSet
+from packgen.container import load_location
+from packgen.errors import PackingError
+from packgen.geometry import Container
+from packgen.radii import Supply
+
+if TYPE_CHECKING:
+    from packgen.scene import Scene
+
+ALGORITHMS = {"COLLECTIVE_ARRANGEMENT": "packgen.arrange.collective:arrange"}
+"""Built-in algorithms; third parties add theirs by the entry-point group ``packgen.algorithms``."""
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneResult:
+    """Spheres of a zone: asked for (None: until full), placed, drawn but left over."""
+
+    asked: int | None
+    placed: int
+    left_over: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PackResult:
+    """The bed and what became of each zone."""
+
+    bed: Bed
+    zones: tuple[ZoneResult, ...]
+
+
+def find_algorithm(name: str, place: str) -> Algorithm:
+    """Return an algorithm by name.
+
+    Args:
+        name: As in the scene.
+        place: Where the scene names it.
+
+    Raises:
+        PackingError: No such algorithm; the message lists the ones there are.
+    """
+    if name in ALGORITHMS:
+        module, function = ALGORITHMS[name].split(":")
+        return cast("Algorithm", getattr(import_module(module), function))
+    others = {entry.name: entry for entry in entry_points(group="packgen.algorithms")}
+    if name in others:
+        return cast("Algorithm", others[name].load())
+    known = ", ".join(sorted([*ALGORITHMS, *others]))
+    raise PackingError(f"{place}: algorithm: found {name}, expected one of {known}")
+
+
+def pack(
+    scene: Scene,
+    container: Container,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    threads: int | None = None,
+    device: str = "cpu",
+) -> PackResult:
+    """Fill the container as the scene says.
+
+    Args:
+        scene: The scene.
+        container: Its container.
+        on_progress: Called after each batch.
+        threads: Threads to use; None: the algorithm's choice. The bed does not depend on it.
+        device: ``cpu``, or ``cuda`` for the plain torch form of the loops.
+
+    Returns:
+        The bed and the outcome of each zone.
+
+    Raises:
+        PackingError: Nothing can be placed.
+        GeometryError: A location cannot be read.
+    """
+    algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
+    seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
+    zones = []
+    for index, zone in enumerate(scene.zones):
+        place = f"zones[{index}].location"
+        locations = () if zone.location is None else (load_location(zone.location, scene, place),)
+        supply = Supply(zone, scene.particle_sets, np.random.default_rng(seeds[index + 1]))
+        zones.append(ZoneTask(index, scene.mark(f"zones[{index}]"), locations, supply))
+    down = np.asarray(scene.gravity_direction, float)
+    task = Task(
+        container,
+        tuple(zones),
+        down / np.linalg.norm(down),
+        scene.params,
+        np.random.default_rng(seeds[0]),
+        threads,
+        device,
+        on_progress or (lambda _: None),
+    )
+    spheres = algorithm(task)
+    placed = np.bincount(spheres.zone_index, minlength=len(zones))
+    results = tuple(
+        ZoneResult(
+            zone.supply.asked, int(placed[zone.index]), zone.supply.drawn_count - int(placed[zone.index])
+        )
+        for zone in zones
+    )
+    return PackResult(_bed(scene, container, spheres), results)
+
+
+def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
+    sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
+    provenance: dict[str, Any] = {
+        "packgen": packgen.__version__,
+        "scene": scene.path.name,
+        "seed": scene.seed,
+        "algorithm": scene.algorithm,
+        "settings": scene.model_dump(),
+    }
+    return Bed(
+        spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
+        sets, scene.materials, scene.wall_material, container,
+        np.asarray(scene.gravity_direction, float) * scene.gravity,
+        scene.params.tolerance if hasattr(scene.params, "tolerance") else 1.0e-6,
+        provenance,
+    )  # fmt: skip

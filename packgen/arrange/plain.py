@@ -1,0 +1,150 @@
+"""A layer of spheres under arrangement in plain torch, on any device: the fused loops' equal to rounding."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from packgen.arrange.kernels.sweep import wall_candidates
+from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
+from packgen.arrange.plain_walls import feature_gaps
+from packgen.arrange.walls import WallTable
+from packgen.arrays import Float64Array, Int64Array
+
+
+class PlainLayer:
+    """The spheres being arranged, as tensors; see ``projection.Layer`` for what its methods do."""
+
+    def __init__(self, ball: Float64Array, moving: int, walls: WallTable, device: str) -> None:
+        self.device = "cpu" if device == "torch" else device
+        self.ball = torch.as_tensor(ball, device=self.device).clone()
+        self.moving = moving
+        self.walls = walls
+        self.identity: Int64Array = np.arange(moving)
+        self.previous = self.ball[:moving, :3].clone()
+        self._kind = torch.as_tensor(walls.kind, device=self.device)
+        self._row = torch.as_tensor(walls.row, device=self.device)
+
+    def rebuild(self, skin: float) -> None:
+        """List neighbours and walls anew, good until a sphere moves by ``skin * radius / 2``."""
+        position, radius, moving = self.ball[:, :3], self.ball[:, 3], self.moving
+        reach = radius * (1.0 + 0.5 * skin)
+        inner = neighbor_pairs(position[:moving], reach[:moving])
+        outer = neighbor_pairs_between(position[:moving], reach[:moving], position[moving:], reach[moving:])
+        shifted = outer + torch.tensor([0, moving], device=self.device)
+        self.pairs: Tensor = torch.cat([inner, shifted])
+        self.anchor = position[:moving].clone()
+        self._list_walls(skin)
+
+    def _list_walls(self, skin: float) -> None:
+        ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
+        walls = self.walls
+        begin, item = np.empty(self.moving + 1, np.int64), np.empty(4096 + 2 * self.moving, np.int32)
+        while (
+            wall_candidates(
+                ball, self.moving, skin, walls.kind, walls.row, walls.map_origin, walls.map_size,
+                walls.map_cells, walls.map_start, walls.map_item, begin, item,
+            )
+            < 0
+        ):  # fmt: skip
+            item = np.empty(2 * len(item), np.int32)
+        count = np.diff(begin)
+        sphere = np.repeat(np.arange(self.moving), count)
+        rank = np.arange(begin[-1]) - begin[sphere]
+        # The fused loop puts a sphere back from one feature after the other: rank by rank, all spheres at once.
+        self.wall_ranks = [
+            (
+                torch.as_tensor(sphere[rank == k], device=self.device),
+                torch.as_tensor(item[: begin[-1]][rank == k].astype(np.int64), device=self.device),
+            )
+            for k in range(int(count.max(initial=0)))
+        ]
+
+    def _pair_depths(self, scale: float) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        first, second = self.pairs.unbind(dim=1)
+        difference = self.ball[first, :3] - self.ball[second, :3]
+        distance = torch.linalg.vector_norm(difference, dim=1)
+        overlap = scale * (self.ball[first, 3] + self.ball[second, 3]) - distance
+        smaller = scale * torch.minimum(self.ball[first, 3], self.ball[second, 3])
+        return difference, distance, overlap, smaller
+
+    def _pushes(self) -> tuple[float, Tensor]:
+        first, second = self.pairs.unbind(dim=1)
+        difference, distance, overlap, smaller = self._pair_depths(1.0)
+        deep = overlap > 0.0
+        worst = float((overlap / smaller)[deep].max()) if bool(deep.any()) else 0.0
+        first, second, overlap = first[deep], second[deep], overlap[deep]
+        difference, distance = difference[deep], distance[deep]
+        reach = self.ball[first, 3] + self.ball[second, 3]
+        same = distance < 1e-9 * reach
+        angle = 2.399963229728653 * (first + second)
+        parting = torch.stack([torch.cos(angle), torch.sin(angle), 0.5 - (first & 1)], dim=1)
+        difference = torch.where(same[:, None], parting, difference)
+        distance = torch.where(same, math.sqrt(1.25), distance)
+        both = second < self.moving
+        cube_first, cube_second = self.ball[first, 3] ** 3, self.ball[second, 3] ** 3
+        share = torch.where(both, cube_second / (cube_first + cube_second), 1.0)
+        push = (overlap / distance)[:, None] * difference
+        shift = torch.zeros_like(self.previous)
+        shift.index_add_(0, first, share[:, None] * push)
+        shift.index_add_(0, second[both], -((1.0 - share)[:, None] * push)[both])
+        return worst, shift
+
+    def sweep(
+        self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
+    ) -> tuple[float, bool]:
+        """Sink, extrapolate, push apart, put back; return (largest overlap, whether the list still holds)."""
+        moving = self.moving
+        here = self.ball[:moving, :3] + torch.as_tensor(sink, device=self.device)
+        self.ball[:moving, :3] = here + momentum * (here - self.previous)
+        self.previous = here
+        worst, shift = self._pushes()
+        shift *= relaxation
+        radius = self.ball[:moving, 3]
+        length = torch.linalg.vector_norm(shift, dim=1)
+        limit = stride * radius
+        shift *= torch.where(length > limit, limit / length.clamp(min=1e-300), 1.0)[:, None]
+        position = self.ball[:moving, :3] + shift
+        for _ in range(2 if len(self.wall_ranks) > 1 else 1):
+            for sphere, feature in self.wall_ranks:
+                gap, push = feature_gaps(
+                    self._kind[feature], self._row[feature], position[sphere], radius[sphere]
+                )
+                position[sphere] -= gap.clamp(max=0.0)[:, None] * push
+        self.ball[:moving, :3] = position
+        moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
+        return worst, not bool((moved > 0.5 * skin * radius).any())
+
+    def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
+        """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
+        moving = self.moving
+        blame = torch.zeros(moving, dtype=torch.float64, device=self.device)
+        height = -(self.ball[:, :3] @ torch.as_tensor(down, device=self.device))
+        first, second = self.pairs.unbind(dim=1)
+        _, _, overlap, smaller = self._pair_depths(scale)
+        deep = overlap > 0.0
+        first, second, depth = first[deep], second[deep], (overlap / smaller)[deep]
+        blamed = torch.where((second < moving) & (height[second] > height[first]), second, first)
+        blame.scatter_reduce_(0, blamed, depth, "amax")
+        for sphere, feature in self.wall_ranks:
+            radius = scale * self.ball[sphere, 3]
+            gap, _ = feature_gaps(self._kind[feature], self._row[feature], self.ball[sphere, :3], radius)
+            blame.scatter_reduce_(0, sphere, (-gap / radius).clamp(min=0.0), "amax")
+        worst = float(blame.max()) if moving else 0.0
+        return worst, blame.cpu().numpy()
+
+    def drop(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of the layer."""
+        keep = torch.as_tensor(~out, device=self.device)
+        self.ball = torch.cat([self.ball[: self.moving][keep], self.ball[self.moving :]])
+        self.previous = self.previous[keep]
+        self.identity = self.identity[~out]
+        self.moving = len(self.previous)
+
+    def positions(self) -> Float64Array:
+        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
+        return np.asarray(self.ball[: self.moving, :3].cpu().numpy())

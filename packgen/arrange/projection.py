@@ -1,0 +1,207 @@
+"""The default optimiser: a layer sinks under gravity while projection sweeps part its overlaps.
+
+Nothing here knows of scenes, zones or files: spheres with radii, some of which move, walls, and a direction
+down go in; positions without overlap come out, and the few spheres that found no place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.arrange.walls import WallTable
+from packgen.arrays import Float64Array, Int64Array
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """The constants of the arrangement, all relative to radii, found by measurement (tests/benchmarks).
+
+    Attributes:
+        gap: Spheres and walls are arranged larger by this fraction: once the overlaps are below it, the true
+            spheres do not overlap at all.
+        sink_steps: Number of steps down.
+        sink_sweeps: Sweeps after each of them.
+        sink_first: First step, in radii; the steps shrink geometrically.
+        sink_last: Last step, in radii.
+        momentum: Share of a sphere's last displacement that is added again.
+        relaxation: Factor on the sum of a sphere's pushes.
+        stride: Largest displacement of one sweep by pushes, in radii.
+        skin_first: Reach of the neighbour list beyond touching, at the start.
+        skin_last: The same at the end, when little moves.
+        give_up: (sweeps after the sinking, overlap): spheres deeper in another than this are thrown back.
+        sweeps_max: Sweeps after the sinking; whatever still overlaps then is thrown back.
+        retry: Sweeps until what then still overlaps is thrown back, and so on.
+        tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: stop after
+            the sinking, whatever overlaps.
+    """
+
+    gap: float = 2.0e-4
+    sink_steps: int = 80
+    sink_sweeps: int = 2
+    sink_first: float = 0.04
+    sink_last: float = 5.0e-5
+    momentum: float = 0.8
+    relaxation: float = 1.0
+    stride: float = 0.2
+    skin_first: float = 0.8
+    skin_last: float = 0.3
+    give_up: tuple[tuple[int, float], ...] = ((30, 0.1), (60, 0.03), (90, 0.01))
+    sweeps_max: int = 150
+    retry: int = 20
+    tolerance: float | None = 1.0e-6
+
+
+@dataclass(slots=True)
+class SettleStats:
+    """What a layer took: sweeps, list rebuilds, spheres that moved, spheres thrown back."""
+
+    sweeps: int = 0
+    rebuilds: int = 0
+    moving: int = 0
+    thrown_back: int = 0
+
+
+class Layer(Protocol):
+    """A layer of spheres under arrangement: what the fused CPU loops and the plain torch form both offer."""
+
+    moving: int
+    identity: Int64Array
+
+    def rebuild(self, skin: float) -> None:
+        """List neighbours and walls anew, good until a sphere moves by ``skin * radius / 2``."""
+
+    def sweep(
+        self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
+    ) -> tuple[float, bool]:
+        """Sink, extrapolate, push apart, put back; return (largest overlap, whether the list still holds)."""
+
+    def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
+        """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
+
+    def drop(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of the layer."""
+
+    def positions(self) -> Float64Array:
+        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
+
+
+def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str) -> Layer:
+    """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides."""
+    if device == "cpu":
+        from packgen.arrange.fused import FusedLayer
+
+        return FusedLayer(ball, moving, walls)
+    from packgen.arrange.plain import PlainLayer
+
+    return PlainLayer(ball, moving, walls, device)
+
+
+def settle(
+    ball: Float64Array,
+    moving: int,
+    walls: WallTable,
+    down: Float64Array,
+    recipe: Recipe,
+    stats: SettleStats | None = None,
+    sink: bool = True,
+    device: str = "cpu",
+) -> tuple[Float64Array, NDArray[np.bool_]]:
+    """Arrange a layer.
+
+    Args:
+        ball: Centres and true radii [m], shape (N, 4), float64; the first ``moving`` move.
+        moving: How many move.
+        walls: What bounds the moving ones.
+        down: Unit vector along which they fall, shape (3,).
+        recipe: Constants.
+        stats: Counters to add to.
+        sink: False leaves the sinking out: overlaps are parted, nothing falls.
+        device: ``cpu`` for the fused loops, any other torch device (or ``torch``: torch on the CPU) for plain torch.
+
+    Returns:
+        (centres of the moving spheres [m], shape (moving, 3); which of them found a place, shape (moving,)).
+        Those that did overlap nothing, neither each other nor a fixed sphere nor a wall.
+    """
+    arranged = ball.copy()
+    arranged[:, 3] *= 1.0 + recipe.gap
+    layer = make_layer(arranged, moving, walls, device)
+    reference = float(np.mean(arranged[:moving, 3])) if moving else 0.0
+    _relax(layer, reference, down, recipe, stats or SettleStats(), sink)
+    position = ball[:moving, :3].copy()
+    kept = np.zeros(moving, bool)
+    kept[layer.identity] = True
+    position[layer.identity] = layer.positions()
+    return position, kept
+
+
+def _relax(
+    layer: Layer, reference: float, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool
+) -> None:
+    stats.moving += layer.moving
+    sweeps = recipe.sink_steps * recipe.sink_sweeps if sink else 0
+    ratio = (recipe.sink_last / recipe.sink_first) ** (1.0 / max(recipe.sink_steps - 1, 1))
+    give_up = dict(recipe.give_up)
+    still = np.zeros(3)
+    holds, skin = False, recipe.skin_first
+    number = 0
+    while layer.moving:
+        sinking = number < sweeps
+        if not sinking and recipe.tolerance is None:
+            return
+        if not holds:
+            share = min(1.0, number / max(sweeps, 1))
+            skin = recipe.skin_first + (recipe.skin_last - recipe.skin_first) * share
+            layer.rebuild(skin)
+            stats.rebuilds += 1
+        step, part = divmod(number, recipe.sink_sweeps)
+        fall = down * (reference * recipe.sink_first * ratio**step) if sinking and part == 0 else still
+        worst, holds = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride, skin)
+        number += 1
+        stats.sweeps += 1
+        if sinking:
+            continue
+        holds, done = _end_game(layer, number - sweeps, worst, holds, skin, give_up, down, recipe, stats)
+        if done:
+            return
+
+
+def _end_game(
+    layer: Layer,
+    spent: int,
+    worst: float,
+    holds: bool,
+    skin: float,
+    give_up: dict[int, float],
+    down: Float64Array,
+    recipe: Recipe,
+    stats: SettleStats,
+) -> tuple[bool, bool]:
+    """Look whether the true spheres overlap, and throw hopeless ones back.
+
+    Returns:
+        (whether the neighbour list still holds, whether the layer is done).
+    """
+    assert recipe.tolerance is not None
+    limit = give_up.get(spent)
+    if spent >= recipe.sweeps_max and (spent - recipe.sweeps_max) % recipe.retry == 0:
+        limit = 0.0
+    if worst > 2.5 * (recipe.gap + recipe.tolerance) and limit is None:
+        return holds, False
+    if not holds:
+        layer.rebuild(skin)
+        stats.rebuilds += 1
+    largest, blame = layer.overlaps(1.0 / (1.0 + recipe.gap), down)
+    # Just below the tolerance: the independent check rounds differently.
+    allowed = 0.99 * recipe.tolerance
+    if largest <= allowed:
+        return True, True
+    out = blame > max(limit, allowed) if limit is not None else np.zeros(len(blame), bool)
+    if not out.any():
+        return True, False
+    stats.thrown_back += int(out.sum())
+    layer.drop(out)
+    return False, layer.moving == 0

@@ -1,0 +1,182 @@
+"""The space that one zone's spheres live in: container and location together, seen along gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.arrange.walls import WallTable, least_gap, wall_table
+from packgen.arrays import Float64Array
+from packgen.errors import PackingError
+from packgen.geometry import Ball, Box, Cone, Container, Shape, Slice
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Region:
+    """A zone's space.
+
+    Attributes:
+        walls: What bounds its spheres.
+        bounds: Its bounding box [m], shape (2, 3).
+        frame: Unit vectors across and against gravity: rows u, v, up, shape (3, 3).
+        floor: Lowest altitude (distance along up) [m].
+        ceiling: Highest altitude [m].
+    """
+
+    walls: WallTable
+    bounds: Float64Array
+    frame: Float64Array
+    floor: float
+    ceiling: float
+
+    @property
+    def down(self) -> Float64Array:
+        """Unit vector along which things fall, shape (3,)."""
+        return -self.frame[2]
+
+    def clearance(self, position: Float64Array, radius: float = 0.0) -> Float64Array:
+        """Return how far spheres of one radius are inside the region [m], shape (N,); negative is outside."""
+        walls = self.walls
+        return least_gap(
+            np.ascontiguousarray(position), radius, walls.kind, walls.row, walls.map_origin, walls.map_size,
+            walls.map_cells, walls.map_start, walls.map_item,
+        )  # fmt: skip
+
+    def rectangle(self) -> tuple[Float64Array, Float64Array]:
+        """Return lower and upper corner of the region's shadow along gravity, in u and v [m], each (2,)."""
+        corners = np.array(
+            [[x, y, z] for x in self.bounds[:, 0] for y in self.bounds[:, 1] for z in self.bounds[:, 2]]
+        )
+        shadow = corners @ self.frame[:2].T
+        return shadow.min(axis=0), shadow.max(axis=0)
+
+    def sample(
+        self, rng: np.random.Generator, count: int, low: float, high: float, radius: float = 0.0
+    ) -> Float64Array:
+        """Return the points inside the region out of ``count`` uniform ones between two altitudes, (n, 3)."""
+        least, most = self.rectangle()
+        across = least + rng.random((count, 2)) * (most - least)
+        up = low + rng.random((count, 1)) * (high - low)
+        points: Float64Array = np.concatenate([across, up], axis=1) @ self.frame
+        return points[self.clearance(points, radius) >= 0.0]
+
+    def area(self, altitude: float) -> float:
+        """Return the region's horizontal area at an altitude [m2], to about 2 %."""
+        least, most = self.rectangle()
+        rng = np.random.default_rng(0)
+        inside = self.sample(rng, 4096, altitude, altitude)
+        return float(np.prod(most - least)) * max(len(inside), 1) / 4096
+
+
+def gravity_frame(down: Float64Array) -> Float64Array:
+    """Return unit vectors u, v and up as the rows of a rotation, shape (3, 3); up is ``-down``."""
+    up = -np.asarray(down, float) / np.linalg.norm(down)
+    first = np.eye(3)[int(np.argmin(np.abs(up)))]
+    u = first - (first @ up) * up
+    u /= np.linalg.norm(u)
+    return np.stack([u, np.cross(up, u), up])
+
+
+def make_region(
+    container: Container,
+    locations: Sequence[Shape | Slice],
+    down: Float64Array,
+    radius_max: float,
+    place: str,
+) -> Region:
+    """Return the region inside the container and all locations.
+
+    Args:
+        container: The vessel.
+        locations: What else bounds the zone.
+        down: Unit vector along which things fall, shape (3,).
+        radius_max: Largest radius that will be placed [m].
+        place: Where the scene names the zone, for messages.
+
+    Returns:
+        The region.
+
+    Raises:
+        PackingError: Location and container do not meet.
+    """
+    bounds = np.array(container.bounds)
+    for location in locations:
+        least, most = shape_bounds(location)
+        bounds = np.stack([np.maximum(bounds[0], least), np.minimum(bounds[1], most)])
+    if (bounds[0] >= bounds[1]).any():
+        raise PackingError(f"{place}: the location lies outside the container; move it inside")
+    frame = gravity_frame(down)
+    walls = wall_table([container.shape, *locations], bounds, radius_max, container.periodic)
+    corners = np.array([[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]])
+    altitude = corners @ frame[2]
+    floor, ceiling = float(altitude.min()), float(altitude.max())
+    for location in locations:
+        if isinstance(location, Slice):
+            along = float(location.axis @ frame[2])
+            if abs(along) > 0.999999:
+                ends = sorted((location.low * along, location.high * along))
+                floor, ceiling = max(floor, ends[0]), min(ceiling, ends[1])
+    if floor >= ceiling:
+        raise PackingError(f"{place}: the slice lies outside the container; move it inside")
+    return Region(walls, bounds, frame, floor, ceiling)
+
+
+def shape_bounds(shape: Shape | Slice) -> tuple[Float64Array, Float64Array]:
+    """Return lower and upper corner of a shape's bounding box [m]; infinite where a slice leaves it open."""
+    if isinstance(shape, Box):
+        return shape.min, shape.max
+    if isinstance(shape, Ball):
+        return shape.center - shape.radius, shape.center + shape.radius
+    if isinstance(shape, Cone):
+        across = np.sqrt(np.maximum(1.0 - shape.axis**2, 0.0))
+        top = shape.base + shape.height * shape.axis
+        bottom_reach, top_reach = shape.radius_bottom * across, shape.radius_top * across
+        return np.minimum(shape.base - bottom_reach, top - top_reach), np.maximum(
+            shape.base + bottom_reach, top + top_reach
+        )
+    if isinstance(shape, Slice):
+        least, most = np.full(3, -np.inf), np.full(3, np.inf)
+        axis = int(np.argmax(np.abs(shape.axis)))
+        if abs(shape.axis[axis]) > 0.999999:
+            ends = sorted((shape.low * shape.axis[axis], shape.high * shape.axis[axis]))
+            least[axis], most[axis] = ends
+        return least, most
+    vertices = shape.surface.vertices
+    return vertices.min(axis=0), vertices.max(axis=0)
+
+
+def height_map(
+    region: Region, cell: float, position: Float64Array, radius: Float64Array, empty: float
+) -> tuple[Float64Array, NDArray[np.int64], Float64Array]:
+    """Return the top of the bed over a grid of columns along gravity.
+
+    Args:
+        region: The region whose shadow the grid covers.
+        cell: Column width [m].
+        position: Centres of the spheres of the bed [m], shape (N, 3).
+        radius: Their radii [m], shape (N,).
+        empty: Altitude of columns without a sphere [m].
+
+    Returns:
+        (tops [m], shape (A, B); number of columns (2,); lower corner of the grid in u and v [m], (2,)).
+    """
+    least, most = region.rectangle()
+    columns = np.maximum(np.ceil((most - least) / cell), 1.0).astype(np.int64)
+    tops = np.full(int(columns.prod()), -np.inf)
+    if len(radius):
+        index = column_index(region, cell, columns, least, position)
+        np.maximum.at(tops, index, position @ region.frame[2] + radius)
+    tops[np.isneginf(tops)] = empty
+    return tops, columns, least
+
+
+def column_index(
+    region: Region, cell: float, columns: NDArray[np.int64], least: Float64Array, position: Float64Array
+) -> NDArray[np.int64]:
+    """Return the column of the height map that each point lies in, flat, shape (N,)."""
+    place = np.floor((position @ region.frame[:2].T - least) / cell).astype(np.int64)
+    place = np.minimum(np.maximum(place, 0), columns - 1)
+    return np.asarray(place[:, 0] * columns[1] + place[:, 1])

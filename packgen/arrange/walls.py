@@ -1,0 +1,206 @@
+"""Turns shapes into the table of wall features that the loops work on, and a map of which ones are near."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from packgen.arrange.kernels.walls import (
+    BALL,
+    CENTER_PLANE,
+    CONE,
+    FEATURE_WIDTH,
+    PLANE,
+    TRIANGLE,
+    wall_gap,
+)
+from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.geometry import Ball, Box, Cone, Polyhedron, Shape, Slice, Surface
+
+MAP_CELLS_MAX = 1_000_000
+MAP_REACH = 1.7
+"""Reach of the map in largest radii: a sphere, its gap, and half of the widest skin."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WallTable:
+    """The features that bound a group of spheres.
+
+    Attributes:
+        kind: Kind of each feature (see ``kernels.walls``), shape (F,), int8.
+        row: Its numbers, shape (F, FEATURE_WIDTH), float64.
+        map_origin: Lower corner of the map of features [m], shape (3,).
+        map_size: Its cell size [m].
+        map_cells: Its cells along each axis, shape (3,), int64.
+        map_start: First entry of each cell, int32.
+        map_item: Features near each cell, int32.
+    """
+
+    kind: NDArray[np.int8]
+    row: Float64Array
+    map_origin: Float64Array
+    map_size: float
+    map_cells: Int64Array
+    map_start: Int32Array
+    map_item: Int32Array
+
+
+def wall_table(
+    shapes: Sequence[Shape | Slice],
+    bounds: Float64Array,
+    radius_max: float,
+    periodic: tuple[bool, bool, bool] = (False, False, False),
+) -> WallTable:
+    """Return the features of an intersection of shapes.
+
+    Args:
+        shapes: Container and location; a sphere has to be inside all of them.
+        bounds: Lower and upper corner of the space that the spheres stay in [m], shape (2, 3).
+        radius_max: Largest radius that will meet these walls [m].
+        periodic: Axes along which a box wraps around and has no walls.
+
+    Returns:
+        The table.
+    """
+    features = [each for shape in shapes for each in _features(shape, periodic)]
+    kind = np.array([each[0] for each in features], dtype=np.int8)
+    row = np.zeros((len(features), FEATURE_WIDTH))
+    for index, (_, numbers) in enumerate(features):
+        row[index, : len(numbers)] = numbers
+    origin, size, cells = _map_grid(bounds, radius_max)
+    start, item = map_features(kind, row, origin, size, cells, MAP_REACH * radius_max)
+    return WallTable(kind, row, origin, size, cells, start, item)
+
+
+def _map_grid(bounds: Float64Array, radius_max: float) -> tuple[Float64Array, float, Int64Array]:
+    extent = bounds[1] - bounds[0]
+    size = max(2.0 * radius_max, float(np.cbrt(np.prod(extent) / MAP_CELLS_MAX)))
+    return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
+
+
+def _features(shape: Shape | Slice, periodic: tuple[bool, bool, bool]) -> list[tuple[int, Float64Array]]:
+    if isinstance(shape, Box):
+        return [
+            (PLANE, np.append(sign * np.eye(3)[axis], sign * corner[axis]))
+            for axis in range(3)
+            if not periodic[axis]
+            for sign, corner in ((-1.0, shape.min), (1.0, shape.max))
+        ]
+    if isinstance(shape, Slice):
+        kind = CENTER_PLANE if shape.centers_only else PLANE
+        planes = ((-1.0, shape.low), (1.0, shape.high))
+        return [(kind, np.append(sign * shape.axis, sign * at)) for sign, at in planes if np.isfinite(at)]
+    if isinstance(shape, Cone):
+        return _cone_features(shape)
+    if isinstance(shape, Ball):
+        return [(BALL, np.append(shape.center, shape.radius))]
+    if isinstance(shape, Polyhedron):
+        return [(PLANE, row) for row in np.column_stack([shape.normal, shape.offset])]
+    return [(TRIANGLE, row) for row in _triangle_rows(shape.surface)]
+
+
+def _cone_features(cone: Cone) -> list[tuple[int, Float64Array]]:
+    slope = cone.radius_top - cone.radius_bottom
+    length = float(np.hypot(cone.height, slope))
+    cosine, sine = cone.height / length, slope / length
+    lateral = np.concatenate([cone.base, cone.axis, [cone.radius_bottom, cosine, sine]])
+    low = float(cone.axis @ cone.base)
+    ends = [np.append(-cone.axis, -low), np.append(cone.axis, low + cone.height)]
+    return [(CONE, lateral), *((PLANE, end) for end in ends)]
+
+
+def _triangle_rows(surface: Surface) -> Float64Array:
+    corners = surface.vertices[surface.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return np.concatenate([corners.reshape(-1, 9), -normal], axis=1)
+
+
+@njit(cache=True, error_model="numpy")
+def map_features(  # type: ignore[no-untyped-def]
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    size: float,
+    cells: NDArray[np.int64],
+    reach: float,
+):
+    """List for each cell of a grid the features closer than ``reach`` to any point of it.
+
+    Args:
+        kind: Kind of each feature, shape (F,).
+        row: The features, shape (F, FEATURE_WIDTH).
+        origin: Lower corner of the grid [m], shape (3,).
+        size: Cell size [m].
+        cells: Cells along each axis, shape (3,).
+        reach: Distance [m].
+
+    Returns:
+        (first entry of each cell, int32, shape (cells + 1,); features, int32).
+    """
+    nx, ny, nz = cells[0], cells[1], cells[2]
+    radius = reach + 0.8660254037844387 * size
+    start = np.zeros(nx * ny * nz + 1, np.int32)
+    item = np.empty(0, np.int32)
+    low = np.empty(3, np.int64)
+    high = np.empty(3, np.int64)
+    fill = start
+    for counting in (True, False):
+        if not counting:
+            for cell in range(nx * ny * nz):
+                start[cell + 1] += start[cell]
+            item = np.empty(start[-1], np.int32)
+            fill = start[:-1].copy()
+        for feature in range(len(kind)):
+            for axis in range(3):
+                low[axis], high[axis] = 0, cells[axis] - 1
+                if kind[feature] == TRIANGLE:
+                    a, b, c = row[feature, axis], row[feature, 3 + axis], row[feature, 6 + axis]
+                    bottom = (min(a, b, c) - radius - origin[axis]) / size
+                    top = (max(a, b, c) + radius - origin[axis]) / size
+                    low[axis] = min(max(int(np.floor(bottom)), 0), cells[axis] - 1)
+                    high[axis] = max(min(int(np.floor(top)), cells[axis] - 1), 0)
+            for cz in range(low[2], high[2] + 1):
+                for cy in range(low[1], high[1] + 1):
+                    for cx in range(low[0], high[0] + 1):
+                        x = origin[0] + (cx + 0.5) * size
+                        y = origin[1] + (cy + 0.5) * size
+                        z = origin[2] + (cz + 0.5) * size
+                        gap = wall_gap(kind[feature], row[feature], x, y, z, 0.0)[0]
+                        if gap < radius:
+                            cell = (cz * ny + cy) * nx + cx
+                            if counting:
+                                start[cell + 1] += 1
+                            else:
+                                item[fill[cell]] = feature
+                                fill[cell] += 1
+    return start, item
+
+
+@njit(cache=True, error_model="numpy")
+def least_gap(
+    position: NDArray[np.float64],
+    radius: float,
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    map_origin: NDArray[np.float64],
+    map_size: float,
+    map_cells: NDArray[np.int64],
+    map_start: NDArray[np.int32],
+    map_item: NDArray[np.int32],
+) -> NDArray[np.float64]:
+    """Return each point's least gap to the features near it, for spheres of one radius [m], shape (N,)."""
+    gap = np.full(len(position), np.inf)
+    for i in range(len(position)):
+        x, y, z = position[i, 0], position[i, 1], position[i, 2]
+        cx = min(max(int((x - map_origin[0]) / map_size), 0), map_cells[0] - 1)
+        cy = min(max(int((y - map_origin[1]) / map_size), 0), map_cells[1] - 1)
+        cz = min(max(int((z - map_origin[2]) / map_size), 0), map_cells[2] - 1)
+        cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
+        for k in range(map_start[cell], map_start[cell + 1]):
+            gap[i] = min(gap[i], wall_gap(kind[map_item[k]], row[map_item[k]], x, y, z, radius)[0])
+    return gap

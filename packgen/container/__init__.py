@@ -1,0 +1,7 @@
+"""From a scene's container and locations to shapes: primitives as they are, meshes read, mended and classified."""
+
+from __future__ import annotations
+
+from packgen.container.load import load_container, load_location
+
+__all__ = ["load_container", "load_location"]

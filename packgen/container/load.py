@@ -1,0 +1,150 @@
+"""From the scene's words to shapes: which form a container or a location takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.container.convex import convex_hull, enclosed_volume, is_convex
+from packgen.container.meshfile import read_surface
+from packgen.container.primitives import ball_surface, box_surface, cone_surface
+from packgen.container.topology import (
+    boundary_edges,
+    capped,
+    describe_holes,
+    find_rim,
+    with_consistent_winding,
+)
+from packgen.errors import GeometryError
+from packgen.geometry import Ball, Box, Cone, Container, Polyhedron, Shape, Slice, Surface
+
+if TYPE_CHECKING:
+    from packgen.scene import Scene
+    from packgen.scene.models import ContainerSpec, LocationSpec, PrimitiveSpec
+
+
+def load_container(scene: Scene, warn: Callable[[str], None] = lambda _: None) -> Container:
+    """Return the scene's container.
+
+    Args:
+        scene: The scene.
+        warn: Called with a sentence for each fault of a mesh that was mended.
+
+    Returns:
+        The container: a primitive as it is, a convex mesh by its planes.
+
+    Raises:
+        GeometryError: The mesh cannot be read or bounds no volume.
+    """
+    spec = scene.container
+    place = scene.mark("container")
+    if spec.primitive is not None:
+        shape, surface, volume = _primitive(spec.primitive)
+    else:
+        shape, surface, volume = _mesh(
+            spec, -np.asarray(scene.gravity_direction), scene.mark("container.path"), warn
+        )
+    corners = surface.vertices
+    bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
+    if isinstance(shape, Cone | Ball):
+        from packgen.arrange.region import shape_bounds
+
+        bounds = np.stack(shape_bounds(shape))
+    if not volume > 0.0:
+        raise GeometryError(f"{place}: the container encloses no volume")
+    name = (
+        spec.path.stem
+        if spec.path is not None
+        else type(spec.primitive).__name__.removesuffix("Spec").lower()
+    )
+    return Container(name, shape, surface, bounds, volume, spec.periodic)
+
+
+def load_location(
+    spec: LocationSpec, scene: Scene, place: str, warn: Callable[[str], None] = lambda _: None
+) -> Shape | Slice:
+    """Return the shape of a zone's location.
+
+    Args:
+        spec: The location.
+        scene: The scene it belongs to.
+        place: The key's path, such as ``zones[0].location``.
+        warn: Called with a sentence for each fault of a mesh that was mended.
+
+    Returns:
+        The shape; a slice across gravity bounds the spheres' centres only.
+
+    Raises:
+        GeometryError: The mesh cannot be read or bounds no volume.
+    """
+    if spec.slice is not None:
+        axis = np.asarray(spec.slice.axis, float)
+        along = abs(float(axis @ np.asarray(scene.gravity_direction)))
+        return Slice(axis, spec.slice.min_bound, spec.slice.max_bound, centers_only=along > 0.999999)
+    if spec.primitive is not None:
+        return _primitive(spec.primitive)[0]
+    up = -np.asarray(scene.gravity_direction)
+    return _mesh(spec, up, scene.mark(f"{place}.path"), warn)[0]
+
+
+def _primitive(spec: PrimitiveSpec) -> tuple[Shape, Surface, float]:
+    from packgen.scene.models import BoxSpec, CylinderSpec, SphereSpec
+
+    if isinstance(spec, BoxSpec):
+        box = Box(np.array(spec.min), np.array(spec.max))
+        return box, box_surface(box), float(np.prod(box.max - box.min))
+    if isinstance(spec, SphereSpec):
+        ball = Ball(np.array(spec.center), spec.radius)
+        return ball, ball_surface(ball), 4.0 / 3.0 * math.pi * spec.radius**3
+    if isinstance(spec, CylinderSpec):
+        bottom = top = spec.radius
+    else:
+        bottom, top = spec.radius_bottom, spec.radius_top
+    cone = Cone(np.array(spec.base), np.array(spec.axis), spec.height, bottom, top)
+    volume = math.pi * spec.height * (bottom**2 + bottom * top + top**2) / 3.0
+    return cone, cone_surface(cone), volume
+
+
+def _mesh(
+    spec: ContainerSpec | LocationSpec, up: Float64Array, place: str, warn: Callable[[str], None]
+) -> tuple[Shape, Surface, float]:
+    assert spec.path is not None  # the scene has made sure of one form
+    surface, mended = read_surface(spec.path, spec.scale, place)
+    for sentence in mended:
+        warn(f"{spec.path.name}: {sentence}")
+    hull, hull_volume = convex_hull(surface.vertices, place)
+    if spec.shape == "convex_hull":
+        return hull, hull.surface, hull_volume
+    try:
+        surface, turned = with_consistent_winding(surface)
+    except GeometryError as error:
+        raise GeometryError(f"{place}: {spec.path.name}: {error}") from error
+    if turned:
+        warn(f"{spec.path.name}: {turned} facets turned to agree with their neighbours")
+    closed = _closed(surface, up, place, spec.path.name)
+    volume = enclosed_volume(closed.vertices, closed.faces)
+    if volume < 0.0:
+        surface = Surface(surface.vertices, surface.faces[:, ::-1])
+        volume = -volume
+    if is_convex(closed, hull_volume, volume):
+        return Polyhedron(hull.normal, hull.offset, surface), surface, hull_volume
+    raise GeometryError(
+        f"{place}: {spec.path.name} is not convex (it encloses {volume:.6g} m3, its convex hull "
+        f"{hull_volume:.6g} m3): not supported yet; give `shape: convex_hull` to pack the hull instead"
+    )
+
+
+def _closed(surface: Surface, up: Float64Array, place: str, name: str) -> Surface:
+    rim = find_rim(surface, up)
+    if rim is None:
+        return surface
+    if not rim.level:
+        where = describe_holes(surface, boundary_edges(surface))
+        raise GeometryError(
+            f"{place}: {name} has holes ({where}); expected a closed surface or one open at its top only: close it"
+        )
+    return capped(surface, rim)

@@ -1,0 +1,83 @@
+"""Edges of a surface: is it closed, is it open at the top only, does its winding agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int64Array
+from packgen.errors import GeometryError
+from packgen.geometry import Surface
+
+
+@dataclass(frozen=True, slots=True)
+class Rim:
+    """The opening of a surface: its boundary edges, and the height (against gravity) of their lowest point."""
+
+    edges: Int64Array
+    height: float
+    level: bool
+
+
+def boundary_edges(surface: Surface) -> Int64Array:
+    """Return the edges that belong to one triangle only, directed as in it, shape (E, 2)."""
+    faces = surface.faces
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, inverse, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return directed[count[inverse.reshape(-1)] == 1]
+
+
+def find_rim(surface: Surface, up: Float64Array) -> Rim | None:
+    """Return the surface's opening, or None where it is closed.
+
+    Args:
+        surface: The surface.
+        up: Unit vector against gravity, shape (3,).
+
+    Returns:
+        The opening; ``level`` tells whether all its edges lie at one height at the very top.
+    """
+    edges = boundary_edges(surface)
+    if len(edges) == 0:
+        return None
+    height = surface.vertices @ up
+    rim = height[edges.ravel()]
+    slack = 1e-6 * float(np.ptp(surface.vertices, axis=0).max())
+    level = float(np.ptp(rim)) <= slack and float(height.max() - rim.min()) <= slack
+    return Rim(edges, float(rim.min()), level)
+
+
+def capped(surface: Surface, rim: Rim) -> Surface:
+    """Return a level-topped open surface with its lid: a fan from the middle of the rim."""
+    center = surface.vertices[rim.edges.ravel()].mean(axis=0)
+    vertices = np.vstack([surface.vertices, center])
+    middle = np.full(len(rim.edges), len(surface.vertices), np.int64)
+    lid = np.column_stack([rim.edges[:, 1], rim.edges[:, 0], middle])
+    return Surface(vertices, np.concatenate([surface.faces, lid]))
+
+
+def describe_holes(surface: Surface, edges: Int64Array) -> str:
+    """Return where a surface is open, for a message."""
+    middle = surface.vertices[edges].mean(axis=1).mean(axis=0)
+    x, y, z = middle
+    return f"{len(edges)} boundary edges around x={x:.4g} y={y:.4g} z={z:.4g} m"
+
+
+def with_consistent_winding(surface: Surface) -> tuple[Surface, int]:
+    """Return the surface with neighbouring triangles wound alike, and how many were turned.
+
+    Raises:
+        GeometryError: The surface has no consistent winding (a Moebius strip).
+    """
+    import trimesh
+
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces.copy(), process=False)
+    if mesh.is_winding_consistent:
+        return surface, 0
+    trimesh.repair.fix_winding(mesh)
+    if not mesh.is_winding_consistent:
+        raise GeometryError("the mesh has no inside: its facets cannot be wound consistently; repair it")
+    faces = np.asarray(mesh.faces, np.int64)
+    turned = int((faces != surface.faces).any(axis=1).sum())
+    return Surface(surface.vertices, faces), turned
