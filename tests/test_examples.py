@@ -94,14 +94,16 @@ def test_an_example_runs_to_a_complete_bed(name, tmp_path):
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 def test_a_furnace_of_larger_spheres_stands_in_liggghts(tmp_path):
     text = (EXAMPLES / "furnace.yaml").read_text()
-    # The same bed at 5 times the size of the spheres: 125 times fewer.
-    for asked, wanted in (("430062", "3440"), ("0.052", "0.260"), ("0.075", "0.375")):
-        assert text.count(asked) == 1
-        text = text.replace(asked, wanted)
+    # Spheres 2.5 times as large, up to a depth of 25 radii. The higher and the softer a bed, the more it is
+    # compressed by its own weight: at the example's modulus by 2 % here, by 5 % in the full furnace.
+    for found, wanted in (("430062", "2500"), ("0.052", "0.130"), ("0.075", "0.1875"), ("1.0e8", "1.0e9")):
+        assert text.count(found) == 1
+        text = text.replace(found, wanted)
+    text += "validation: {free_fall_times: 10, displacement_limit: 0.3}\n"
     (tmp_path / "furnace.yaml").write_text(text)
     shutil.copy(EXAMPLES / "furnace.stl", tmp_path)
     folder = tmp_path / "out"
     assert main([str(tmp_path / "furnace.yaml"), "--validate", "--quiet", "-o", str(folder)]) == 0
     validation = json.loads((folder / "validation.json").read_text())
     assert validation["passed"] is True
-    assert validation["solvers"]["liggghts"]["sphere_count"] == 3440
+    assert validation["solvers"]["liggghts"]["sphere_count"] == 2500
