@@ -151,8 +151,8 @@ class Supply:
     def _draw_sum(self, by: str, wanted: float, count: int) -> Draw:
         """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, to half the smallest.
 
-        About the right number is drawn; then single spheres are added or taken away, each time the one that
-        comes nearest to what is missing.
+        About the right number is drawn; then single spheres are added, taken away or (those of files)
+        exchanged, each time what comes nearest to what is missing.
         """
         counts = largest_remainder(self._share, count)
         reserve = np.where(self._share > 0.0, np.maximum(BLOCK * self._share, 1.0), 0.0).astype(np.int64)
@@ -222,6 +222,9 @@ class Supply:
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)
 
 
+_Move = tuple[float, int | None, int | None]
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sized:
     """Spheres with radius [m], set, and weight (volume [m3] or mass [kg]), shape (k,) each."""
@@ -247,21 +250,48 @@ class _Members:
         smallest = float(min(chosen.weight.min(initial=np.inf), spare.weight.min(initial=np.inf)))
         missing = wanted - float(chosen.weight.sum())
         while abs(missing) > 0.5 * smallest:
-            weight, usable = (spare.weight, self.usable) if missing > 0.0 else (chosen.weight, self.keep)
-            distance = np.where(usable, np.abs(weight - abs(missing)), np.inf)
-            best = int(np.argmin(distance)) if len(distance) else 0
-            if not len(distance) or not distance[best] < abs(missing):
-                break
-            if missing > 0.0:
-                self.added.append(best)
-                self.usable[best] = not self.once[best]
-                missing -= float(weight[best])
-            else:
-                self.keep[best] = False
-                missing += float(weight[best])
+            left = min((self._single(missing), self._exchange(missing)), key=lambda move: abs(move[0]))
+            if not abs(left[0]) < abs(missing):
+                break  # only where spheres exist once can they run out before the sum is met
+            missing = left[0]
+            self._apply(*left[1:])
         radius = np.concatenate([chosen.radius[self.keep], spare.radius[self.added]])
         set_index = np.concatenate([chosen.set_index[self.keep], spare.set_index[self.added]])
         return radius, set_index.astype(np.int32)
+
+    def _single(self, missing: float) -> _Move:
+        """Return the best addition or removal: what is missing after it, and the spheres it moves."""
+        weight, usable = (
+            (self.spare.weight, self.usable) if missing > 0.0 else (self.chosen.weight, self.keep)
+        )
+        distance = np.where(usable, np.abs(weight - abs(missing)), np.inf)
+        if not usable.any():
+            return np.inf, None, None
+        best = int(np.argmin(distance))
+        if missing > 0.0:
+            return missing - float(weight[best]), None, best
+        return missing + float(weight[best]), best, None
+
+    def _exchange(self, missing: float) -> _Move:
+        """Return the best exchange of a chosen sphere for a spare one, where spheres exist once."""
+        out, into = np.flatnonzero(self.keep), np.flatnonzero(self.usable)
+        if not self.once.any() or not len(out) or not len(into):
+            return np.inf, None, None
+        into = into[np.argsort(self.spare.weight[into], kind="stable")]
+        weight = self.spare.weight[into]
+        target = self.chosen.weight[out] + missing
+        above = np.clip(np.searchsorted(weight, target), 1 if len(weight) > 1 else 0, len(weight) - 1)
+        below = np.maximum(above - 1, 0)
+        near = np.where(np.abs(weight[above] - target) < np.abs(weight[below] - target), above, below)
+        best = int(np.argmin(np.abs(weight[near] - target)))
+        return float(target[best] - weight[near[best]]), int(out[best]), int(into[near[best]])
+
+    def _apply(self, removed: int | None, added: int | None) -> None:
+        if removed is not None:
+            self.keep[removed] = False
+        if added is not None:
+            self.added.append(added)
+            self.usable[added] = not self.once[added]
 
 
 def _joined(parts: list[Draw]) -> Draw:
