@@ -20,9 +20,9 @@ __all__ = ["across", "fill_proportions", "of_amounts"]
 
 def across(data: dict[str, Any]) -> list[Fault]:
     """Return the faults of references and counts between the sections of a document."""
-    sets = [each for each in _list(data.get("particle_sets")) if isinstance(each, dict)]
-    faults = [*_materials(data, sets), *_names(sets)]
-    count = len(_list(data.get("particle_sets")))
+    sets = _list(data.get("particle_sets"))
+    faults = [*_materials(data), *_names(sets)]
+    count = len(sets)
     for index, zone in enumerate(_list(data.get("zones"))):
         proportions = zone.get("set_proportions") if isinstance(zone, dict) else None
         if isinstance(proportions, list) and proportions and count and len(proportions) != count:
@@ -32,7 +32,7 @@ def across(data: dict[str, Any]) -> list[Fault]:
     return faults
 
 
-def _materials(data: dict[str, Any], sets: list[dict[str, Any]]) -> list[Fault]:
+def _materials(data: dict[str, Any]) -> list[Fault]:
     """Return the materials that are used but not declared, where any are declared."""
     declared = data.get("materials")
     if not isinstance(declared, dict) or not declared:
@@ -40,7 +40,7 @@ def _materials(data: dict[str, Any], sets: list[dict[str, Any]]) -> list[Fault]:
     used: list[tuple[Location, Any]] = [
         (("particle_sets", index, "material"), each.get("material"))
         for index, each in enumerate(_list(data.get("particle_sets")))
-        if isinstance(each, dict) and each in sets
+        if isinstance(each, dict)
     ]
     used.append((("wall_material",), data.get("wall_material")))
     expected = f"one of the materials: {', '.join(declared)}"
@@ -49,13 +49,18 @@ def _materials(data: dict[str, Any], sets: list[dict[str, Any]]) -> list[Fault]:
     ]
 
 
-def _names(sets: list[dict[str, Any]]) -> list[Fault]:
-    """Return the names that two sets share."""
-    names = [each.get("name") or f"set_{index}" for index, each in enumerate(sets)]
+def _names(sets: list[Any]) -> list[Fault]:
+    """Return the names that two sets share; a set without a name gets one that counts."""
+    names = [
+        each.get("name") or f"set_{index}" if isinstance(each, dict) else ""
+        for index, each in enumerate(sets)
+    ]
+    texts = [name if isinstance(name, str) else "" for name in names]
+    first = {name: index for index, name in reversed(list(enumerate(texts)))}
     return [
         Fault(("particle_sets", index, "name"), name, "a name that no other set has")
-        for index, name in enumerate(names)
-        if isinstance(name, str) and name in names[:index]
+        for index, name in enumerate(texts)
+        if name and first[name] < index
     ]
 
 
