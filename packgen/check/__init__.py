@@ -27,6 +27,7 @@ class Check:
         worst_pair: The two spheres of that overlap; None where none overlap.
         overlap_mean: Mean over the pairs that overlap; 0 where none do.
         overlap_count: Number of pairs that overlap.
+        excess_count: Number of pairs that overlap by more than the tolerance.
         wall_overlap_max: Largest depth of a sphere in a wall, as a fraction of its radius; 0 where none.
         worst_wall_sphere: The sphere of that depth; None where none touches deeper than zero.
         outside_count: Number of spheres whose centre is outside the container.
@@ -38,6 +39,7 @@ class Check:
     worst_pair: tuple[int, int] | None
     overlap_mean: float
     overlap_count: int
+    excess_count: int
     wall_overlap_max: float
     worst_wall_sphere: int | None
     outside_count: int
@@ -64,8 +66,8 @@ class Check:
         if self.tolerance is not None and self.overlap_max > self.tolerance and self.worst_pair is not None:
             first, second = self.worst_pair
             lines.append(
-                f"spheres {first} and {second} overlap by {self.overlap_max:.3g} of the smaller radius, "
-                f"tolerance {self.tolerance:.3g}"
+                f"{self.excess_count:,} pairs overlap by more than the tolerance {self.tolerance:.3g}, worst "
+                f"spheres {first} and {second}, by {self.overlap_max:.3g} of the smaller radius"
             )
         if self.tolerance is not None and self.wall_overlap_max > self.tolerance:
             lines.append(
@@ -94,11 +96,13 @@ def check_bed(bed: Bed) -> Check:
     sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
     index = np.flatnonzero(sound)
     position, radius = (bed.position, bed.radius) if sound.all() else (bed.position[index], bed.radius[index])
-    overlap_max, worst_pair, overlap_sum, overlap_count = 0.0, None, 0.0, 0
+    overlap_max, worst_pair, overlap_sum, overlap_count, excess_count = 0.0, None, 0.0, 0, 0
+    limit = np.inf if bed.tolerance is None else bed.tolerance
     for pairs in near_pairs(position, radius, period=period(bed.container)):
         overlap = -pairs.gap / np.minimum(radius[pairs.first], radius[pairs.second])
         overlap_sum += float(overlap.sum())
         overlap_count += int(np.count_nonzero(overlap > 0.0))
+        excess_count += int(np.count_nonzero(overlap > limit))
         worst = int(overlap.argmax())
         if overlap[worst] > overlap_max:
             overlap_max = float(overlap[worst])
@@ -112,6 +116,7 @@ def check_bed(bed: Bed) -> Check:
         worst_pair=worst_pair,
         overlap_mean=overlap_sum / overlap_count if overlap_count else 0.0,
         overlap_count=overlap_count,
+        excess_count=excess_count,
         wall_overlap_max=float(depth[worst_wall]) if in_wall else 0.0,
         worst_wall_sphere=int(index[worst_wall]) if in_wall else None,
         outside_count=int(np.count_nonzero(clearance < 0.0)),

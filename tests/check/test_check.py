@@ -35,6 +35,7 @@ def test_a_planted_overlap_is_measured_and_named():
     assert check.overlap_max == pytest.approx(0.04)
     assert sorted(check.worst_pair) == [21, 22]
     assert not check.within_tolerance
+    assert check.excess_count == 1
     assert "21" in check.faults()[0]
     assert "0.04" in check.faults()[0]
 
