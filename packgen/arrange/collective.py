@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
     from packgen.arrange.adam_zone import Finish, SampleAbove
 
+ADAM_BATCH = 500
+"""The paper's batch size."""
+
 SAMPLE_ROUNDS = 200
 """Rounds of random points until a narrow zone is given up."""
 
@@ -95,7 +98,7 @@ def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, firs
         n_epoch=params.n_epoch,
         patience=params.patience,
         weights=Weights(params.alpha, params.beta, params.gamma),
-        batch_size=params.batch_size or AdamSettings.batch_size,
+        batch_size=params.batch_size or ADAM_BATCH,
     )
 
     def on_batch(done: BatchProgress) -> None:

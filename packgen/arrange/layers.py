@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from packgen.arrange.projection import Recipe, SettleStats, settle
-from packgen.arrange.region import Region, column_index, height_map
+from packgen.arrange.region import ColumnMap, Region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrays import Float64Array
 from packgen.radii import Draw, Supply
@@ -20,8 +19,9 @@ from packgen.radii import Draw, Supply
 START_FRACTION = 0.6
 """Solid fraction at which a layer starts, already overlapping: that of the bed it will become."""
 
+STALLED_SHARE = 0.02
 STALLED_MAX = 3
-"""So many layers in a row that gain next to nothing: the zone is full."""
+"""So many layers in a row that gain no more than this share of what they try: the zone is full."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +34,8 @@ class LayerPlan:
         buffer: Depth below that to which fixed spheres are kept at hand.
     """
 
-    thickness: float = 1.0
-    reopened: float = 2.0
+    thickness: float = 2.0
+    reopened: float = 1.5
     buffer: float = 2.5
 
 
@@ -78,13 +78,11 @@ def fill_in_layers(
     stats = stats if stats is not None else SettleStats()
     loop = _Zone(region, supply, pile, zone_index, recipe, plan, rng, stats)
     batch, stalled, thrown_back = first_batch, 0, 0
-    while not supply.finished and stalled < STALLED_MAX:
-        placed, back, tried = loop.add_layer(batch)
+    while not supply.finished and stalled < STALLED_MAX and loop.base < region.ceiling:
+        gained, back, tried = loop.add_layer(batch)
         thrown_back += back
-        if tried == 0 and loop.level >= region.ceiling:
-            break
-        full = loop.level >= region.ceiling - loop.diameter
-        stalled = stalled + 1 if full and placed <= 0.02 * tried else 0
+        found_room = gained > STALLED_SHARE * tried
+        stalled = 0 if found_room or not loop.started else stalled + 1
         batch += 1
         on_layer(batch, len(pile), loop.level, thrown_back)
     return batch
@@ -108,31 +106,33 @@ class _Zone:
         self.zone_index, self.recipe, self.plan = zone_index, recipe, plan
         self.rng, self.stats = rng, stats
         self.diameter = 2.0 * supply.radius_reference
-        self.level = region.floor
+        self.level = self.base = region.floor
+        self.started = False
+        self.map = ColumnMap.over(region, self.diameter)
+        self.buried_tops = np.full(self.map.count, -np.inf)
+        self.roofed = np.zeros(self.map.count, bool)
 
     def add_layer(self, batch: int) -> tuple[int, int, int]:
         """Add one layer; return (spheres gained, spheres thrown back, spheres that were to be placed)."""
         front = self.pile.front
-        tops, columns, least = self._surface(front)
-        start = self._starts(tops, columns, least)
+        tops = self._surface(front)
+        start = self._starts(tops)
         draw = self.supply.take(len(start))
         start = start[: len(draw.radius)]
-        altitude = front.position @ self.region.frame[2]
-        depth = tops[column_index(self.region, self.diameter, columns, least, front.position)] - altitude
+        depth = tops[self.map.index(front.position)] - front.position @ self.region.frame[2]
         reopened = (depth < self.plan.reopened * self.diameter) & (front.zone_index == self.zone_index)
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
-        if len(moving) == 0:
-            self.level += 0.5 * self.diameter
-            return 0, 0, 0
         moving, thrown = self._settled(moving, fixed)
         if len(thrown):
             self.supply.put_back(Draw(thrown.radius, thrown.set_index))
         self.pile.front = joined([fixed, moving])
-        self._bury()
         gained = len(moving) - int(reopened.sum())
-        if len(draw.radius) == 0 or gained <= 0:
-            self.level += 0.5 * self.diameter
+        self.started = self.started or gained > 0
+        if not self.started:
+            # The tip of a hopper, too narrow for a sphere: look for the first place where one fits.
+            self.base += 0.25 * self.diameter
+        self._bury()
         return gained, len(thrown), len(draw.radius)
 
     def _settled(self, moving: Spheres, fixed: Spheres) -> tuple[Spheres, Spheres]:
@@ -142,65 +142,72 @@ class _Zone:
         position, kept = settle(
             ball, len(moving), self.region.walls, self.region.down, self.recipe, self.stats
         )
+        bottom = position @ self.region.frame[2] - moving.radius
+        # What slipped down to the buried spheres could overlap one of them unseen.
+        kept &= bottom > self._nearby(self.buried_tops, maximum_filter)[self.map.index(position)]
         settled = Spheres(position, moving.radius, moving.set_index, moving.zone_index, moving.batch_index)
         return settled[kept], settled[~kept]
 
-    def _surface(self, front: Spheres) -> tuple[Float64Array, NDArray[np.int64], Float64Array]:
-        """Return the height map of the bed, spheres above the new layer left out; raise the level to it."""
+    def _surface(self, front: Spheres) -> Float64Array:
+        """Return the tops of the bed's columns, spheres far above the new layer left out [m]."""
         altitude = front.position @ self.region.frame[2]
-        below = altitude <= self.level + self.plan.thickness * self.diameter
-        tops, columns, least = height_map(
-            self.region, self.diameter, front.position[below], front.radius[below], -np.inf
-        )
+        below = altitude <= self.level + 2.0 * self.plan.thickness * self.diameter
+        tops = self.map.tops(front.position[below], front.radius[below])
         found = np.isfinite(tops)
-        if found.any():
-            self.level = max(self.level, float(np.mean(tops[found])))
+        # Under a roof the bed ends: such columns say nothing of the surface, nor keep their neighbours open.
+        radius = self.supply.radius_reference
+        above = self.map.points(np.where(found, tops, self.level) + radius)
+        self.roofed = found & (self.region.clearance(above, radius) < 0.0)
+        open_above = found & ~self.roofed
+        self.level = float(np.mean(tops[open_above])) if open_above.any() else self.level
+        if not found.any():
+            self.level = self.base
         tops[~found] = self.level
-        return tops, columns, least
+        return tops
 
-    def _starts(self, tops: Float64Array, columns: NDArray[np.int64], least: Float64Array) -> Float64Array:
-        """Return start positions: uniform between the bed and the new layer's top, lowest first, (n, 3)."""
+    def _starts(self, tops: Float64Array) -> Float64Array:
+        """Return start positions: uniform between the bed and the new layer's top, (n, 3); the last few on the bed."""
         region, thickness = self.region, self.plan.thickness * self.diameter
         top = self.level + thickness
-        low = max(float(tops.min()), self.level - 3.0 * thickness)
-        shadow = np.subtract(*region.rectangle()[::-1])
+        low = max(float(tops.min()), self.level - thickness)
+        least, most = region.rectangle()
         density = START_FRACTION / self.supply.mean_volume
         points = region.sample(
             self.rng,
-            int(self.rng.poisson(density * float(np.prod(shadow)) * (top - low))),
+            int(self.rng.poisson(density * float(np.prod(most - least)) * (top - low))),
             low,
             top,
             radius=0.5 * self.supply.radius_reference,
         )
         altitude = points @ region.frame[2]
-        above = altitude >= tops[column_index(region, self.diameter, columns, least, points)]
-        points, altitude = points[above], altitude[above]
+        own = tops[self.map.index(points)]
+        open_space = (altitude >= own) & (altitude <= own + 2.0 * thickness)
+        points, height = points[open_space], (altitude - own)[open_space]
         remaining = self.supply.remaining
         if remaining is not None and remaining < len(points):
-            points = points[np.argsort(altitude, kind="stable")[:remaining]]
+            points = points[np.argsort(height, kind="stable")[:remaining]]
         return points
 
     def _new(self, start: Float64Array, draw: Draw, batch: int) -> Spheres:
         count = len(draw.radius)
-        return Spheres(
-            start,
-            draw.radius,
-            draw.set_index,
-            np.full(count, self.zone_index, np.int32),
-            np.full(count, batch, np.int32),
-        )
+        zone, batches = np.full(count, self.zone_index, np.int32), np.full(count, batch, np.int32)
+        return Spheres(start, draw.radius, draw.set_index, zone, batches)
 
     def _bury(self) -> None:
         """Put away what lies too deep below every surface nearby for the next layers to reach."""
         front = self.pile.front
-        tops, columns, least = height_map(
-            self.region, self.diameter, front.position, front.radius, self.region.floor
-        )
-        reach = 2 * math.ceil(2.0 * self.supply.radius_max / self.diameter) + 1
-        lowest = minimum_filter(tops.reshape(columns), size=reach, mode="nearest").ravel()
-        index = column_index(self.region, self.diameter, columns, least, front.position)
+        tops = self.map.tops(front.position, front.radius)
+        tops[np.isneginf(tops)] = self.level
+        tops[self.roofed] = np.inf
+        lowest = self._nearby(tops, minimum_filter)
         margin = (self.plan.reopened + self.plan.buffer) * self.diameter + 2.0 * self.supply.radius_max
-        self.pile.bury(front.position @ self.region.frame[2] + front.radius < lowest[index] - margin)
+        index = self.map.index(front.position)
+        top = front.position @ self.region.frame[2] + front.radius
+        deep = top < np.minimum(lowest[index], self.level) - margin
+        np.maximum.at(self.buried_tops, index[deep], top[deep])
+        self.pile.bury(deep)
 
-
-Filler = Callable[..., int]
+    def _nearby(self, tops: Float64Array, chosen: Callable[..., Float64Array]) -> Float64Array:
+        """Return the lowest or highest top among the columns within reach of each column [m]."""
+        size = 2 * math.ceil(2.0 * self.supply.radius_max / self.map.width) + 1
+        return chosen(tops.reshape(self.map.shape), size=size, mode="nearest").ravel()

@@ -23,10 +23,9 @@ class Recipe:
     Attributes:
         gap: Spheres and walls are arranged larger by this fraction: once the overlaps are below it, the true
             spheres do not overlap at all.
-        sink_steps: Number of steps down.
-        sink_sweeps: Sweeps after each of them.
-        sink_first: First step, in radii; the steps shrink geometrically.
-        sink_last: Last step, in radii.
+        sink_sweeps: Sweeps with a step down before each.
+        sink_first: First step, in radii; the steps shrink with the third power of the sweeps left.
+        sink_last: What they shrink to, in radii: small enough that the weight of the layer leaves no overlap.
         momentum: Share of a sphere's last displacement that is added again.
         relaxation: Factor on the sum of a sphere's pushes.
         stride: Largest displacement of one sweep by pushes, in radii.
@@ -40,19 +39,22 @@ class Recipe:
     """
 
     gap: float = 2.0e-4
-    sink_steps: int = 80
-    sink_sweeps: int = 2
-    sink_first: float = 0.04
+    sink_sweeps: int = 100
+    sink_first: float = 0.02
     sink_last: float = 5.0e-5
-    momentum: float = 0.8
+    momentum: float = 0.85
     relaxation: float = 1.0
     stride: float = 0.2
     skin_first: float = 0.8
     skin_last: float = 0.3
-    give_up: tuple[tuple[int, float], ...] = ((30, 0.1), (60, 0.03), (90, 0.01))
-    sweeps_max: int = 150
-    retry: int = 20
+    give_up: tuple[tuple[int, float], ...] = ((10, 0.1), (20, 0.03), (30, 0.01), (45, 0.003))
+    sweeps_max: int = 70
+    retry: int = 15
     tolerance: float | None = 1.0e-6
+
+    def fall(self, number: int) -> float:
+        """Return the step down before a sweep, in radii."""
+        return self.sink_last + self.sink_first * (1.0 - number / self.sink_sweeps) ** 3
 
 
 @dataclass(slots=True)
@@ -142,8 +144,7 @@ def _relax(
     layer: Layer, reference: float, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool
 ) -> None:
     stats.moving += layer.moving
-    sweeps = recipe.sink_steps * recipe.sink_sweeps if sink else 0
-    ratio = (recipe.sink_last / recipe.sink_first) ** (1.0 / max(recipe.sink_steps - 1, 1))
+    sweeps = recipe.sink_sweeps if sink else 0
     give_up = dict(recipe.give_up)
     still = np.zeros(3)
     holds, skin = False, recipe.skin_first
@@ -157,8 +158,7 @@ def _relax(
             skin = recipe.skin_first + (recipe.skin_last - recipe.skin_first) * share
             layer.rebuild(skin)
             stats.rebuilds += 1
-        step, part = divmod(number, recipe.sink_sweeps)
-        fall = down * (reference * recipe.sink_first * ratio**step) if sinking and part == 0 else still
+        fall = down * (reference * recipe.fall(number)) if sinking else still
         worst, holds = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride, skin)
         number += 1
         stats.sweeps += 1

@@ -14,6 +14,9 @@ from packgen.errors import PackingError
 from packgen.geometry import Ball, Box, Cone, Container, Shape, Slice
 
 
+COLUMNS_MAX = 4_000_000
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Region:
     """A zone's space.
@@ -148,35 +151,50 @@ def shape_bounds(shape: Shape | Slice) -> tuple[Float64Array, Float64Array]:
     return vertices.min(axis=0), vertices.max(axis=0)
 
 
-def height_map(
-    region: Region, cell: float, position: Float64Array, radius: Float64Array, empty: float
-) -> tuple[Float64Array, NDArray[np.int64], Float64Array]:
-    """Return the top of the bed over a grid of columns along gravity.
+@dataclass(frozen=True, eq=False, slots=True)
+class ColumnMap:
+    """A grid of columns along gravity over a region's shadow.
 
-    Args:
-        region: The region whose shadow the grid covers.
-        cell: Column width [m].
-        position: Centres of the spheres of the bed [m], shape (N, 3).
-        radius: Their radii [m], shape (N,).
-        empty: Altitude of columns without a sphere [m].
-
-    Returns:
-        (tops [m], shape (A, B); number of columns (2,); lower corner of the grid in u and v [m], (2,)).
+    Attributes:
+        frame: The region's frame, shape (3, 3).
+        width: Column width [m].
+        shape: Number of columns along u and v.
+        corner: Lower corner of the grid in u and v [m], shape (2,).
     """
-    least, most = region.rectangle()
-    columns = np.maximum(np.ceil((most - least) / cell), 1.0).astype(np.int64)
-    tops = np.full(int(columns.prod()), -np.inf)
-    if len(radius):
-        index = column_index(region, cell, columns, least, position)
-        np.maximum.at(tops, index, position @ region.frame[2] + radius)
-    tops[np.isneginf(tops)] = empty
-    return tops, columns, least
 
+    frame: Float64Array
+    width: float
+    shape: tuple[int, int]
+    corner: Float64Array
 
-def column_index(
-    region: Region, cell: float, columns: NDArray[np.int64], least: Float64Array, position: Float64Array
-) -> NDArray[np.int64]:
-    """Return the column of the height map that each point lies in, flat, shape (N,)."""
-    place = np.floor((position @ region.frame[:2].T - least) / cell).astype(np.int64)
-    place = np.minimum(np.maximum(place, 0), columns - 1)
-    return np.asarray(place[:, 0] * columns[1] + place[:, 1])
+    @classmethod
+    def over(cls, region: Region, width: float) -> ColumnMap:
+        """Return columns of about this width [m] over a region; wider ones where they would be too many."""
+        least, most = region.rectangle()
+        width = max(width, float(np.sqrt(np.prod(most - least) / COLUMNS_MAX)))
+        columns = np.maximum(np.ceil((most - least) / width), 1.0)
+        return cls(region.frame, width, (int(columns[0]), int(columns[1])), least)
+
+    @property
+    def count(self) -> int:
+        """Number of columns."""
+        return self.shape[0] * self.shape[1]
+
+    def index(self, position: Float64Array) -> NDArray[np.int64]:
+        """Return the column that each point lies in, flat, shape (N,)."""
+        place = ((position @ self.frame[:2].T - self.corner) / self.width).astype(np.int64)
+        place = np.clip(place, 0, np.array(self.shape) - 1)
+        return np.asarray(place[:, 0] * self.shape[1] + place[:, 1])
+
+    def tops(self, position: Float64Array, radius: Float64Array) -> Float64Array:
+        """Return the altitude of the highest sphere of each column [m], -inf where there is none."""
+        tops = np.full(self.count, -np.inf)
+        np.maximum.at(tops, self.index(position), position @ self.frame[2] + radius)
+        return tops
+
+    def points(self, altitude: Float64Array) -> Float64Array:
+        """Return the middle of each column at its own altitude [m], shape (columns, 3)."""
+        u, v = np.divmod(np.arange(self.count), self.shape[1])
+        across = self.corner + self.width * (np.column_stack([u, v]) + 0.5)
+        points: Float64Array = np.column_stack([across, altitude]) @ self.frame
+        return points
