@@ -24,7 +24,13 @@ from packgen.errors import ExportError
 __all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "get", "names"]
 
 ENTRY_POINT_GROUP = "packgen.exporters"
-BUILTIN = MappingProxyType({"liggghts": "exporters.liggghts", "vtk": "exporters.vtk"})
+BUILTIN = MappingProxyType(
+    {
+        "liggghts": "exporters.liggghts",
+        "lammps": "exporters.lammps",
+        "vtk": "exporters.vtk",
+    }
+)
 
 
 class Exporter(Protocol):

@@ -84,3 +84,17 @@ def smallest_rayleigh_time(bed: Bed) -> float:
         for each, radius in zip(bed.particle_sets, smallest, strict=True)
         if np.isfinite(radius)
     )
+
+
+def effective_moduli(first: Material, second: Material) -> tuple[float, float]:
+    """Return the effective Young's and shear modulus of a contact of two materials [Pa].
+
+    1 / Y = sum (1 - nu^2) / E and 1 / G = sum 2 (2 - nu) (1 + nu) / E; LIGGGHTS manual, page "gran model
+    hertz".
+    """
+    both = (first, second)
+    young = 1 / sum((1 - each.poissons_ratio**2) / each.youngs_modulus for each in both)
+    shear = 1 / sum(
+        2 * (2 - each.poissons_ratio) * (1 + each.poissons_ratio) / each.youngs_modulus for each in both
+    )
+    return young, shear

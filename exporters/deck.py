@@ -84,7 +84,7 @@ def provenance_values(bed: Bed) -> dict[str, str]:
     scene = bed.provenance.get("scene", "unknown")
     name = PurePath(scene).name if isinstance(scene, str | PurePath) else "unknown"
     return {
-        "version": comment_text(bed.provenance.get("version", "unknown")),
+        "version": comment_text(bed.provenance.get("packgen", "unknown")),
         "scene": comment_text(name),
         "seed": comment_text(bed.provenance.get("seed", "unknown")),
     }

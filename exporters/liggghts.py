@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from exporters import contact, deck, lammps_data, walls
+from exporters import contact, deck, lammps_data, particulate, walls
 from packgen.bed import Bed, Material
 from packgen.errors import ExportError
 
@@ -22,11 +22,9 @@ NAME = "liggghts"
 YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
 YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
 RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
-SPHERE_STEPS = 1.0e8  # work of the deck's own run; it has 100 to 1000 steps
 SORT_BINS_MAX = (
     1.0e8  # LIGGGHTS sorts spheres by bins of half the neighbour distance and stops beyond 2^31 of them
 )
-NEIGHBOR_BY_SIZE_RATIO = 3.0  # a wider range of radii gets neighbour lists by size
 
 
 class Options(deck.DeckOptions):
@@ -86,62 +84,34 @@ def check_materials(materials: tuple[Material, ...]) -> None:
     Raises:
         ExportError: A value is out of range; the message gives material, value and range.
     """
-    problems = []
-    for each in materials:
-        name = deck.comment_text(each.name)
-        if not (np.isfinite(each.youngs_modulus) and each.youngs_modulus > 0):
-            problems.append(f"{name}.youngs_modulus: found {each.youngs_modulus} Pa, expected more than 0")
-        if not 0 <= each.poissons_ratio <= 0.5:
-            problems.append(f"{name}.poissons_ratio: found {each.poissons_ratio}, expected 0 to 0.5")
-        if not RESTITUTION_MIN < each.restitution <= 1:
-            problems.append(
-                f"{name}.restitution: found {each.restitution}, expected above {RESTITUTION_MIN}, at most 1"
-            )
-        for key in ("friction", "rolling_friction"):
-            value = getattr(each, key)
-            if not (np.isfinite(value) and value >= 0):
-                problems.append(f"{name}.{key}: found {value}, expected at least 0")
-    if problems:
-        raise ExportError("\n".join(f"{NAME}: materials.{problem}" for problem in problems))
+    particulate.check_materials(NAME, materials, restitution_min=RESTITUTION_MIN)
 
 
 def _values(
     bed: Bed, types: contact.Types, box: np.ndarray[tuple[int, ...], np.dtype[np.float64]], options: Options
 ) -> dict[str, Any]:
     """Return what the template places, but for the walls."""
-    radius_min, radius_max = float(bed.radius.min()), float(bed.radius.max())
+    values = particulate.common_values(
+        bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
+    )
+    radius_min, radius_max = values["radius_min"], values["radius_max"]
     skin = 0.5 * radius_min
     bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
-    strength = float(np.linalg.norm(bed.gravity))
     moduli = [each.youngs_modulus for each in types.materials]
-    steps = options.steps
-    if steps is None:
-        steps = int(np.clip(SPHERE_STEPS / bed.count, 100, 1000))
-    return {
-        **deck.provenance_values(bed),
-        "sphere_count": bed.count,
-        "radius_min": radius_min,
-        "radius_max": radius_max,
-        "type_names": [deck.comment_text(each.name) for each in types.materials],
-        "wall_type": types.wall,
+    by_size = radius_max > particulate.NEIGHBOR_BY_SIZE_RATIO * radius_min
+    return values | {
         "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
         "sort": bins <= SORT_BINS_MAX,
         "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
         "hard": max(moduli) > YOUNGS_MODULUS_HARD,
         "skin": skin,
-        "neighbor_style": "multi" if radius_max > NEIGHBOR_BY_SIZE_RATIO * radius_min else "bin",
+        "neighbor_style": "multi" if by_size else "bin",
         "youngs_modulus": moduli,
         "poissons_ratio": [each.poissons_ratio for each in types.materials],
         "restitution": contact.pair_matrix([each.restitution for each in types.materials]),
         "friction": contact.pair_matrix([each.friction for each in types.materials]),
         "rolling_friction": contact.pair_matrix([each.rolling_friction for each in types.materials]),
         "rolling": any(each.rolling_friction > 0 for each in types.materials),
-        "timestep": options.timestep_fraction * contact.smallest_rayleigh_time(bed),
-        "timestep_fraction": options.timestep_fraction,
-        "gravity": strength,
-        "gravity_direction": (bed.gravity / strength).tolist() if strength > 0 else [0.0, 0.0, 0.0],
-        "steps": steps,
-        "dump_every": max(1, steps // 10),
         "dumps": options.dumps,
     }
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from packgen.bed import Bed
 from packgen.errors import SolverError
-from packgen.validation import liggghts
+from packgen.validation import lammps, liggghts
 from packgen.validation.prediction import PredictedForces, predicted_forces
 from packgen.validation.process import SOLVERS, find_solver
 from packgen.validation.results import (
@@ -44,7 +44,7 @@ __all__ = [
     "validation_dict",
 ]
 
-_MEASURES = {"liggghts": liggghts.measure}
+_MEASURES = {"liggghts": liggghts.measure, "lammps": lammps.measure}
 
 
 def validate(

@@ -20,7 +20,7 @@ from typing import IO
 from packgen.errors import SolverError
 
 # The executable and Debian's package of each solver that validation can run.
-SOLVERS = MappingProxyType({"liggghts": ("liggghts", "liggghts")})
+SOLVERS = MappingProxyType({"liggghts": ("liggghts", "liggghts"), "lammps": ("lmp", "lammps")})
 TAIL_LINES = 200
 LINE_BYTES_MAX = 65536
 ERROR_LINES = 5

@@ -12,7 +12,7 @@ from packgen.geometry import Container
 from tests.beds import box_container, make_bed
 
 RADIUS = 2.5e-3
-PROVENANCE = {"version": "0.1.0", "scene": "lattice.yaml", "seed": 7}
+PROVENANCE = {"packgen": "0.1.0", "scene": "lattice.yaml", "seed": 7}
 
 
 def open_at_the_top(container: Container) -> Container:

@@ -71,7 +71,7 @@ def test_text_of_the_scene_cannot_leave_the_comments(tmp_path):
     nasty = 'a\nquit &\n${x} "y" # ü.yaml'
     bed = lattice(
         materials=(Material(nasty),), wall_material=nasty, particle_sets=(ParticleSet("p", 2500.0, nasty),),
-        provenance={"scene": nasty, "seed": nasty, "version": nasty},
+        provenance={"scene": nasty, "seed": nasty, "packgen": nasty},
     )  # fmt: skip
     text = write(bed, tmp_path)
     assert [line for line in text.splitlines() if "quit" in line and not line.startswith("#")] == []

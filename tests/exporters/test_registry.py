@@ -18,7 +18,7 @@ def test_every_name_leads_to_an_exporter_of_that_name():
 
 
 def test_an_unknown_name_is_refused_with_the_choices():
-    with pytest.raises(ExportError, match="'ligghts'; there are liggghts, vtk"):
+    with pytest.raises(ExportError, match="'ligghts'; there are liggghts, lammps"):
         exporters.get("ligghts")
 
 
@@ -37,3 +37,11 @@ def test_a_plug_in_cannot_replace_one_of_ours(monkeypatch):
     plugin = SimpleNamespace(name="liggghts", value="x", load=lambda: None)
     monkeypatch.setattr(exporters, "entry_points", lambda group: [plugin])
     assert exporters.get("liggghts").NAME == "liggghts"
+
+
+def test_the_head_of_a_deck_names_what_the_core_writes_as_provenance():
+    from exporters import deck
+    from tests.exporters.beds import lattice
+
+    bed = lattice(provenance={"packgen": "1.2.3", "scene": "dir/furnace.yaml", "seed": 7, "settings": {}})
+    assert deck.provenance_values(bed) == {"version": "1.2.3", "scene": "furnace.yaml", "seed": "7"}

@@ -42,7 +42,7 @@ def test_a_missing_solver_is_exit_code_2_with_the_way_to_install_it(monkeypatch,
 
 
 def test_an_unknown_solver_is_exit_code_2_with_the_choices():
-    with pytest.raises(SolverError, match="found 'ligghts', expected one of liggghts") as caught:
+    with pytest.raises(SolverError, match="found 'ligghts', expected one of liggghts, lammps") as caught:
         find_solver("ligghts")
     assert caught.value.exit_code == 2
 

@@ -1,0 +1,169 @@
+"""LAMMPS (package GRANULAR, 2021 and newer): ``in.bed`` and ``bed.data``; ``lmp -in in.bed`` runs them.
+
+Reference: LAMMPS manual, pages "read_data", "pair_style granular", "fix wall/gran/region", "region". The
+force is LIGGGHTS' Hertz-Mindlin: the stiffnesses are given as numbers (``hertz K``), not as moduli
+(``hertz/material``), because the wall of LAMMPS 29 Sep 2021 takes E / (2 (1 - nu)) for the effective modulus,
+(1 + nu) too much. ``damping tsuji`` has the form of LIGGGHTS' damping but, given the restitution, a factor
+of sqrt(2) less of it: `tsuji_argument` gives the number that makes both equal. The ratio of tangential to
+normal damping is sqrt(8 G / (2 Y)) in both. A curved wall has its curvature in the effective radius, which
+LIGGGHTS leaves out.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from exporters import contact, deck, lammps_data, lammps_walls, particulate, walls
+from packgen.bed import Bed, Material
+
+NAME = "lammps"
+SORT_BINS_MAX = 1.0e8  # as of LIGGGHTS, which has the same sorting
+NEIGHBORS_ONE = 2000  # LAMMPS' own most neighbours of a sphere
+TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
+STANDARD_GRAVITY = 9.80665  # m/s2; of a weightless bed's rolling stiffness
+
+
+class Options(deck.DeckOptions):
+    """What a user may choose of a LAMMPS deck.
+
+    Attributes:
+        timestep_fraction: Time step as a fraction of the smallest Rayleigh time.
+        steps: Steps of the run; None: 100 to 1000, fewer for larger beds.
+    """
+
+    timestep_fraction: float = Field(default=0.1, gt=0, le=0.5)
+    steps: int | None = Field(default=None, ge=0)
+
+
+def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+    """Write the deck of a bed into an existing folder and return the paths of its files.
+
+    Raises:
+        ExportError: LAMMPS cannot take the bed: it is empty, a material is outside the limits, or the
+            container is not convex.
+    """
+    deck.check_exportable(bed, NAME)
+    has_wall = walls.has_wall(bed)
+    types = contact.number_types(bed, has_wall=has_wall)
+    check_materials(types.materials)
+    regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
+    box = lammps_data.simulation_box(bed, open_top=open_top)
+    values = _values(bed, types, box, options) | {"regions": regions}
+    title = (
+        f"{bed.count} spheres, packgen {values['version']}, scene {values['scene']}, seed {values['seed']}"
+    )
+    return [
+        deck.write_text(folder / "in.bed", deck.render("lammps/in.bed.j2", values, options.templates)),
+        lammps_data.write_data(bed, folder / "bed.data", types, box, title),
+    ]
+
+
+def check_materials(materials: tuple[Material, ...]) -> None:
+    """Refuse materials that LAMMPS refuses, all at once.
+
+    Raises:
+        ExportError: A value is out of range; the message gives material, value and range.
+    """
+    particulate.check_materials(NAME, materials)
+
+
+def _values(
+    bed: Bed, types: contact.Types, box: np.ndarray[tuple[int, ...], np.dtype[np.float64]], options: Options
+) -> dict[str, Any]:
+    """Return what the template places, but for the regions."""
+    values = particulate.common_values(
+        bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
+    )
+    radius_min, radius_max = values["radius_min"], values["radius_max"]
+    ratio = radius_max / radius_min
+    skin = 0.5 * radius_min
+    bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
+    models = _models(bed, types)
+    wall = types.wall - 1
+    unlike = len({models[index][wall] for index in range(len(types.materials))}) > 1
+    neighbors = max(NEIGHBORS_ONE, int((ratio + 2) ** 3))
+    return values | {
+        "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
+        "sort": bins <= SORT_BINS_MAX,
+        "skin": skin,
+        "neighbor_style": "multi" if ratio > particulate.NEIGHBOR_BY_SIZE_RATIO else "bin",
+        "size_intervals": _size_intervals(radius_min, radius_max),
+        "neighbors_one": neighbors,
+        "neighbors_page": 50 * neighbors,
+        "rolling": any(each.rolling_friction > 0 for each in types.materials),
+        "pairs": [
+            {"first": first + 1, "second": second + 1, "model": models[first][second]}
+            for first in range(len(types.materials))
+            for second in range(first, len(types.materials))
+        ],
+        "wall_models": [
+            {"type": index + 1, "model": models[index][wall]}
+            for index in range(len(types.materials) if unlike else 1)
+        ],
+    }
+
+
+def _size_intervals(radius_min: float, radius_max: float) -> list[float]:
+    """Return the upper ends [m] of the size classes of neighbour lists, an octave of diameter each."""
+    if radius_max <= particulate.NEIGHBOR_BY_SIZE_RATIO * radius_min:
+        return []
+    octaves = int(np.ceil(np.log2(radius_max / radius_min)))
+    return [2.0 * radius_min * 2.0**k for k in range(1, octaves)] + [2.1 * radius_max]
+
+
+def _models(bed: Bed, types: contact.Types) -> list[list[str]]:
+    """Return the contact model of each pair of types as LAMMPS has it, a (T, T) table."""
+    materials = types.materials
+    tables = {
+        name: contact.pair_matrix([getattr(each, name) for each in materials])
+        for name in ("restitution", "friction", "rolling_friction")
+    }
+    rolling = any(each.rolling_friction > 0 for each in materials)
+
+    def model(i: int, j: int) -> str:
+        young, shear = contact.effective_moduli(materials[i], materials[j])
+        text = (
+            f"hertz {4 / 3 * young!r} {tsuji_argument(tables['restitution'][i][j])!r}"
+            f" tangential mindlin {8 * shear!r} {float(np.sqrt(4 * shear / young))!r}"
+            f" {tables['friction'][i][j]!r}"
+        )
+        if rolling:
+            stiffness = _rolling_stiffness(bed, young, shear)
+            text += f" rolling sds {stiffness!r} 0.0 {tables['rolling_friction'][i][j]!r}"
+        return text + " damping tsuji"
+
+    return [[model(i, j) for j in range(len(materials))] for i in range(len(materials))]
+
+
+def tsuji_argument(restitution: float) -> float:
+    """Return what LAMMPS has to be given as restitution so that it damps as LIGGGHTS does with the true one.
+
+    LIGGGHTS: sqrt(5) beta sqrt(m K sqrt(R delta)) with beta = -ln e / sqrt(ln^2 e + pi^2), which is exact for
+    Hertz' law (Antypov and Elliott, EPL 94 (2011) 50004); LAMMPS: alpha in place of sqrt(5) beta, with the
+    polynomial alpha of its manual's page "pair_style granular". Below e = 0.12 alpha cannot be as large, and
+    0 is returned; of e = 1 the root of alpha, just above 1.
+    """
+    logarithm = np.log(max(restitution, np.finfo(float).tiny))
+    wanted = -np.sqrt(5) * logarithm / np.hypot(logarithm, np.pi)
+    argument = np.linspace(0, 1, 2001)
+    # alpha falls all the way; between the points of the table a few steps of Newton's rule.
+    found = float(np.interp(-wanted, -np.polyval(TSUJI, argument), argument))
+    for _ in range(20):
+        found -= float((np.polyval(TSUJI, found) - wanted) / np.polyval(np.polyder(TSUJI), found))
+    return max(found, 0.0)
+
+
+def _rolling_stiffness(bed: Bed, young: float, shear: float) -> float:
+    """Return 8 G sqrt(R delta) [N/m] of a mean sphere under its own weight.
+
+    LIGGGHTS' epsd2 takes the tangential stiffness of each contact, LAMMPS' sds a number.
+    """
+    radius = float(bed.radius.mean()) / 2
+    strength = float(np.linalg.norm(bed.gravity)) or STANDARD_GRAVITY
+    weight = 4 / 3 * np.pi * float((bed.density * bed.radius**3).mean()) * strength
+    overlap = (weight / (4 / 3 * young * np.sqrt(radius))) ** (2 / 3)
+    return float(8 * shear * np.sqrt(radius * overlap))

@@ -1,0 +1,90 @@
+"""Contacts that a solver lists, and how far their forces are off Hertz' law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int64Array
+from packgen.bed import Bed
+from packgen.errors import SolverError
+from packgen.validation import law
+from packgen.validation.prediction import primitive_wall_forces
+
+FORCE_FLOOR = 1.0e-3  # mean sphere weights: smaller forces are compared with the law absolutely
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Contacts:
+    """Contacts that a solver found.
+
+    Attributes:
+        first: Index of the sphere, shape (C,), int64.
+        second: Index of the other sphere, shape (C,), int64; None: contacts with walls.
+        force: Size of the force [N], shape (C,), float64.
+        overlap: Overlap [m], shape (C,), float64.
+    """
+
+    first: Int64Array
+    second: Int64Array | None
+    force: Float64Array
+    overlap: Float64Array
+
+
+def law_error(difference: Float64Array, expected: Float64Array, weight: float) -> float:
+    """Return the largest difference [N], relative to the force expected or to `FORCE_FLOOR` mean weights."""
+    scale = np.maximum(np.abs(expected), FORCE_FLOOR * weight)
+    return float((np.abs(difference) / scale).max(initial=0.0))
+
+
+def pair_error(bed: Bed, pairs: Contacts) -> float:
+    """Return how far contacts of spheres are off Hertz' law."""
+    assert pairs.second is not None
+    types = bed.type_index
+    moduli = law.modulus_table(bed)[types[pairs.first], types[pairs.second]]
+    radius = law.effective_radius(bed.radius[pairs.first], bed.radius[pairs.second])
+    expected = law.hertz_force(moduli, radius, pairs.overlap)
+    return law_error(pairs.force - expected, expected, law.mean_weight(bed))
+
+
+def listed_error(bed: Bed, walls: Contacts, *, radius_factor: float = 1.0) -> float:
+    """Return how far listed contacts with walls are off Hertz' law.
+
+    Args:
+        bed: The bed.
+        walls: The contacts.
+        radius_factor: The solver's effective radius of a sphere at a wall, as a fraction of its radius.
+    """
+    moduli = law.wall_modulus(bed, bed.type_index)[walls.first]
+    expected = law.hertz_force(moduli, radius_factor * bed.radius[walls.first], walls.overlap)
+    return law_error(walls.force - expected, expected, law.mean_weight(bed))
+
+
+def primitive_contacts(bed: Bed, wall_force: Float64Array) -> tuple[Contacts, float]:
+    """Return contacts with LIGGGHTS' primitive walls, told from the force that they leave on each sphere.
+
+    Args:
+        bed: The bed.
+        wall_force: What the walls do to each sphere [N], shape (N, 3).
+
+    Returns:
+        The contacts, each direction once, and how far they are off Hertz' law.
+
+    Raises:
+        SolverError: The container has no primitive walls.
+    """
+    both = primitive_wall_forces(bed, wall_force)
+    if both is None:
+        raise SolverError(
+            "the deck has no mesh walls, and the container is none that has primitive walls: their forces"
+            " cannot be checked"
+        )
+    found, expected = both
+    weight = law.mean_weight(bed)
+    # What is left of a sphere's forces after rounding is no contact.
+    sphere, column = np.nonzero(np.abs(found) > 1e-9 * weight)
+    force = np.abs(found[sphere, column])
+    overlap = law.hertz_overlap(law.wall_modulus(bed, bed.type_index)[sphere], bed.radius[sphere], force)
+    error = law_error(found - expected, expected, weight)
+    return Contacts(sphere.astype(np.int64), None, force, overlap), error

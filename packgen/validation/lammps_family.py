@@ -1,0 +1,211 @@
+"""LIGGGHTS and LAMMPS as judges: the written deck, included unedited, with measurements added behind it.
+
+``-var setup_only 1`` ends the deck's ``in.bed`` before its own run. What is added is the computes and dumps
+of the contacts, or of the positions, and ``run``. Sphere ids are the indices in the bed plus one; dumps are
+not sorted. The two programs differ in their computes of contacts and in what they tell of walls: `Dialect`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.bed import Bed
+from packgen.errors import SolverError
+from packgen.validation import law
+from packgen.validation.contacts import Contacts
+from packgen.validation.dump import read_dump
+from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
+from packgen.validation.process import describe_output, find_solver, run_solver
+from packgen.validation.results import Limits, SolverReport, StepZero
+
+SAMPLES = 200  # of the kinetic energy
+START_SECONDS = 600.0  # in which the largest bed is loaded and its first step done
+SPHERE_STEPS_A_SECOND = 2.0e4  # far below any machine's; slower than that is a hang
+STEP_ZERO_INPUT = "in.packgen_step_zero"
+GRAVITY_INPUT = "in.packgen_gravity"
+
+STEP_ZERO = """\
+include in.bed
+{contacts}
+dump packgen_spheres all custom 1 packgen_spheres.dump id xu yu zu radius fx fy fz
+dump_modify packgen_spheres format {line}"%d %.17g %.17g %.17g %.17g %.17g %.17g %.17g"
+variable packgen_timestep equal dt
+print "packgen timestep ${{packgen_timestep}}"
+run 0
+"""
+GRAVITY = """\
+include in.bed
+compute packgen_rotation all erotate/sphere
+thermo_style custom step atoms ke c_packgen_rotation
+thermo_modify lost ignore norm no format float %.12g
+thermo {every}
+dump packgen_end all custom {dump_every} packgen_end_*.dump id xu yu zu
+dump_modify packgen_end format {line}"%d %.17g %.17g %.17g"
+run {steps}
+"""
+
+FirstForces = tuple[Contacts, Contacts, float]
+"""Contacts of pairs, contacts with walls, and how far the forces of the walls are off Hertz' law."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How the two programs differ.
+
+    Attributes:
+        name: The solver.
+        format_word: What stands before the format of a dump of spheres.
+        version: Pattern of what it calls itself.
+        contact_input: Returns the lines that dump the contacts of the deck with this text.
+        read_contacts: Returns the contacts at step 0 from the dumps in a folder; arguments: the bed, the
+            folder, and the forces on the spheres without their weight [N], shape (N, 3).
+    """
+
+    name: str
+    format_word: str
+    version: str
+    contact_input: Callable[[str], str]
+    read_contacts: Callable[[Bed, Path, Float64Array], FirstForces]
+
+
+def measure(
+    dialect: Dialect,
+    bed: Bed,
+    folder: Path,
+    limits: Limits,
+    on_progress: Callable[[str, float], None] | None,
+) -> SolverReport:
+    """Run both measurements in ``folder``, a copy of the deck that may be written to.
+
+    Raises:
+        SolverError: The solver is missing, or does not run the deck to the end.
+    """
+    notify = on_progress or (lambda _stage, _share: None)
+    notify("step 0", 0.0)
+    output, start, zero = _run_step_zero(dialect, bed, folder, limits)
+    timestep = _printed_number(dialect.name, output, "packgen timestep")
+    try:
+        run = _run_gravity(dialect, bed, folder, limits, timestep, lambda share: notify("gravity run", share))
+    except SolverError as error:  # a bed that is no bed can end the solver: say what step 0 knew of it
+        raise SolverError(f"{error}\nin the gravity run of a bed with, at step 0: {zero}") from error
+    version = re.search(dialect.version, "\n".join(output))
+    return SolverReport(
+        solver=dialect.name,
+        version=version.group() if version else dialect.name,
+        sphere_count=bed.count,
+        step_zero=zero,
+        gravity_run=gravity_run(bed, start, run),
+        limits=limits,
+    )
+
+
+def _run_step_zero(
+    dialect: Dialect, bed: Bed, folder: Path, limits: Limits
+) -> tuple[tuple[str, ...], Float64Array, StepZero]:
+    """Return output, positions by id (N, 3), and the verdict's numbers on the forces."""
+    contacts = dialect.contact_input(_deck_text(dialect.name, folder))
+    text = STEP_ZERO.format(contacts=contacts, line=dialect.format_word)
+    output = _run(dialect.name, folder, STEP_ZERO_INPUT, text, limits, START_SECONDS, None)
+    try:
+        spheres = read_dump(folder / "packgen_spheres.dump", 8)
+        spheres = spheres[np.argsort(spheres[:, 0], kind="stable")]
+        if not np.array_equal(spheres[:, 0], np.arange(1, bed.count + 1)):
+            raise SolverError(f"loaded {len(spheres)} spheres, expected ids 1 to {bed.count}")
+        check_loaded(bed, spheres[:, 1:4], spheres[:, 4])
+        contact_force = spheres[:, 5:8] - law.sphere_mass(bed)[:, None] * bed.gravity
+        found = dialect.read_contacts(bed, folder, contact_force)
+    except SolverError as error:
+        raise SolverError(f"{dialect.name}: {error}; it said:\n{describe_output(output)}") from error
+    return output, spheres[:, 1:4], step_zero(bed, *found)
+
+
+def _run_gravity(
+    dialect: Dialect,
+    bed: Bed,
+    folder: Path,
+    limits: Limits,
+    timestep: float,
+    on_share: Callable[[float], None],
+) -> Trajectory:
+    wanted, steps = steps_wanted(bed, limits, timestep)
+    samples: list[tuple[float, float]] = []
+
+    def on_line(line: str) -> None:
+        numbers = _numbers(line)
+        if numbers is not None:
+            samples.append((numbers[0], numbers[2] + numbers[3]))
+            on_share(numbers[0] / max(1, steps))
+
+    text = GRAVITY.format(
+        steps=steps,
+        every=max(1, steps // SAMPLES),
+        dump_every=max(1, steps),
+        line=dialect.format_word,
+    )
+    seconds = START_SECONDS + steps * bed.count / SPHERE_STEPS_A_SECOND
+    output = _run(dialect.name, folder, GRAVITY_INPUT, text, limits, seconds, on_line)
+    if not samples or samples[-1][0] != steps:
+        raise SolverError(f"{dialect.name}: ended before step {steps}; it said:\n{describe_output(output)}")
+    rows = read_dump(folder / f"packgen_end_{steps}.dump", 4)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    return Trajectory(
+        timestep=timestep,
+        steps=steps,
+        steps_wanted=wanted,
+        index=rows[:, 0].astype(np.int64) - 1,
+        position=rows[:, 1:4],
+        energy=np.array([energy for _, energy in samples]),
+    )
+
+
+def _run(
+    solver: str,
+    folder: Path,
+    name: str,
+    text: str,
+    limits: Limits,
+    seconds: float,
+    on_line: Callable[[str], None] | None,
+) -> tuple[str, ...]:
+    (folder / name).write_text(text, encoding="ascii")
+    command = [str(find_solver(solver)), "-in", name, "-log", "none", "-var", "setup_only", "1"]
+    return run_solver(
+        solver, command, folder, silence_max=limits.silence_max, seconds_max=seconds, on_line=on_line
+    )
+
+
+def _deck_text(solver: str, folder: Path) -> str:
+    try:
+        return (folder / "in.bed").read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise SolverError(f"{solver}: the deck's input cannot be read: {error}") from error
+
+
+def _numbers(line: str) -> tuple[float, float, float, float] | None:
+    """Return the four numbers of a line of the run's table; None for any other line."""
+    words = line.split()
+    if len(words) != 4 or not words[0].isdigit():
+        return None
+    try:
+        step, atoms, energy, rotation = (float(word) for word in words)
+    except ValueError:
+        return None
+    return step, atoms, energy, rotation
+
+
+def _printed_number(solver: str, output: tuple[str, ...], label: str) -> float:
+    for line in output:
+        if line.startswith(label):
+            try:
+                number = float(line.removeprefix(label))
+            except ValueError:
+                break
+            if number > 0:
+                return number
+    raise SolverError(f"{solver}: did not tell its time step; it said:\n{describe_output(output)}")
