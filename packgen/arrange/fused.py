@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.arrange.kernels.pairs import cell_keys, fill_list, level_grids
+from packgen.arrange.kernels.pairs import cell_keys, fill_list, gather, level_grids
 from packgen.arrange.kernels.sweep import sphere_overlaps, sweep, wall_candidates
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array, Int64Array
@@ -53,15 +53,19 @@ class FusedLayer:
         _, start_fixed, order_fixed = cell_keys(
             self.ball, moving, len(self.ball), box, level, size, cells, first
         )
-        whole = np.concatenate([order, order_fixed + np.int32(moving)])
-        self.ball = self.ball[whole]
-        self.previous = self.previous[order]
-        self.identity = self.identity[order]
+        out = (
+            np.empty_like(self.ball),
+            np.empty_like(self.previous),
+            np.empty_like(self.identity),
+            np.empty_like(level),
+        )
+        gather(self.ball, self.previous, self.identity, level, order, order_fixed, *out)
+        self.ball, self.previous, self.identity, level = out
         self.owners = moving if len(size) == 1 else len(self.ball)
         self.begin = np.empty(self.owners + 1, np.int64)
         while (
             fill_list(
-                self.ball, moving, self.owners, skin, box, level[whole], size, cells, first,
+                self.ball, moving, self.owners, skin, box, level, size, cells, first,
                 start_moving, start_fixed, self.begin, self.neighbor,
             )
             < 0
@@ -85,14 +89,14 @@ class FusedLayer:
 
     def sweep(
         self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
-    ) -> tuple[float, bool]:
+    ) -> tuple[float, int]:
         """Run one sweep; see ``kernels.sweep.sweep``."""
-        worst, holds = sweep(
+        worst, strays = sweep(
             self.ball, self.previous, self.shift, self.anchor, self.moving, self.owners,
             self.begin, self.neighbor, self.wall_begin, self.wall_item, self.walls.kind, self.walls.row,
             sink, momentum, relaxation, stride, skin,
         )  # fmt: skip
-        return float(worst), bool(holds)
+        return float(worst), int(strays)
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""

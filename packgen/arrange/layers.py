@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from packgen.arrange.projection import Recipe, SettleStats, settle
@@ -119,8 +120,7 @@ class _Zone:
         start = self._starts(tops)
         draw = self.supply.take(len(start))
         start = start[: len(draw.radius)]
-        depth = tops[self.map.index(front.position)] - front.position @ self.region.frame[2]
-        reopened = (depth < self.plan.reopened * self.diameter) & (front.zone_index == self.zone_index)
+        reopened = self._reopened(front, tops, start)
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
@@ -134,6 +134,16 @@ class _Zone:
             self.base += 0.25 * self.diameter
         self._bury()
         return gained, len(thrown), len(draw.radius)
+
+    def _reopened(self, front: Spheres, tops: Float64Array, start: Float64Array) -> NDArray[np.bool_]:
+        """Tell which spheres at rest move again: those of this zone just below the newcomers, (N,) bool."""
+        column = self.map.index(front.position)
+        depth = tops[column] - front.position @ self.region.frame[2]
+        fresh = np.zeros(self.map.count)
+        fresh[self.map.index(start)] = 1.0
+        touched = self._nearby(fresh, maximum_filter) > 0.0
+        shallow = depth < self.plan.reopened * self.diameter
+        return np.asarray(shallow & touched[column] & (front.zone_index == self.zone_index))
 
     def _settled(self, moving: Spheres, fixed: Spheres) -> tuple[Spheres, Spheres]:
         ball = np.empty((len(moving) + len(fixed), 4))
@@ -172,18 +182,18 @@ class _Zone:
         low = max(float(tops.min()), self.level - thickness)
         least, most = region.rectangle()
         density = START_FRACTION / self.supply.mean_volume
-        points = region.sample(
-            self.rng,
-            int(self.rng.poisson(density * float(np.prod(most - least)) * (top - low))),
-            low,
-            top,
-            radius=0.5 * self.supply.radius_reference,
-        )
-        altitude = points @ region.frame[2]
+        count = int(self.rng.poisson(density * float(np.prod(most - least)) * (top - low)))
+        points = region.sample(self.rng, count, low, top)
         own = tops[self.map.index(points)]
-        open_space = (altitude >= own) & (altitude <= own + 2.0 * thickness)
-        points, height = points[open_space], (altitude - own)[open_space]
+        height = points @ region.frame[2] - own
+        clearance = region.clearance(points, self.supply.radius_reference)
         remaining = self.supply.remaining
+        # A full layer starts out to the walls; the last spheres start where there is room.
+        close = -0.5 * self.supply.radius_reference
+        if remaining is not None and remaining < len(points) and (clearance > 0.0).sum() > 2 * remaining:
+            close = 0.0
+        open_space = (height >= 0.0) & (height <= 2.0 * thickness) & (clearance >= close)
+        points, height = points[open_space], height[open_space]
         if remaining is not None and remaining < len(points):
             points = points[np.argsort(height, kind="stable")[:remaining]]
         return points

@@ -96,8 +96,8 @@ class PlainLayer:
 
     def sweep(
         self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
-    ) -> tuple[float, bool]:
-        """Sink, extrapolate, push apart, put back; return (largest overlap, whether the list still holds)."""
+    ) -> tuple[float, int]:
+        """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
         moving = self.moving
         here = self.ball[:moving, :3] + torch.as_tensor(sink, device=self.device)
         self.ball[:moving, :3] = here + momentum * (here - self.previous)
@@ -117,7 +117,7 @@ class PlainLayer:
                 position[sphere] -= gap.clamp(max=0.0)[:, None] * push
         self.ball[:moving, :3] = position
         moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
-        return worst, not bool((moved > 0.5 * skin * radius).any())
+        return worst, int((moved > 0.5 * skin * radius).sum())
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""

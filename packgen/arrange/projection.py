@@ -31,6 +31,7 @@ class Recipe:
         stride: Largest displacement of one sweep by pushes, in radii.
         skin_first: Reach of the neighbour list beyond touching, at the start.
         skin_last: The same at the end, when little moves.
+        strays: While the layer sinks, the list is renewed when this share of the spheres has outrun it.
         give_up: (sweeps after the sinking, overlap): spheres deeper in another than this are thrown back.
         sweeps_max: Sweeps after the sinking; whatever still overlaps then is thrown back.
         retry: Sweeps until what then still overlaps is thrown back, and so on.
@@ -47,6 +48,7 @@ class Recipe:
     stride: float = 0.2
     skin_first: float = 0.8
     skin_last: float = 0.3
+    strays: float = 0.1
     give_up: tuple[tuple[int, float], ...] = ((10, 0.1), (20, 0.03), (30, 0.01), (45, 0.003))
     sweeps_max: int = 70
     retry: int = 15
@@ -78,8 +80,8 @@ class Layer(Protocol):
 
     def sweep(
         self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
-    ) -> tuple[float, bool]:
-        """Sink, extrapolate, push apart, put back; return (largest overlap, whether the list still holds)."""
+    ) -> tuple[float, int]:
+        """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
@@ -147,24 +149,26 @@ def _relax(
     sweeps = recipe.sink_sweeps if sink else 0
     give_up = dict(recipe.give_up)
     still = np.zeros(3)
-    holds, skin = False, recipe.skin_first
+    strays, skin = layer.moving, recipe.skin_first
     number = 0
     while layer.moving:
         sinking = number < sweeps
         if not sinking and recipe.tolerance is None:
             return
-        if not holds:
+        # While all is in motion, a contact seen a few sweeps late does no harm.
+        if strays > (recipe.strays * layer.moving if sinking else 0):
             share = min(1.0, number / max(sweeps, 1))
             skin = recipe.skin_first + (recipe.skin_last - recipe.skin_first) * share
             layer.rebuild(skin)
             stats.rebuilds += 1
         fall = down * (reference * recipe.fall(number)) if sinking else still
-        worst, holds = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride, skin)
+        worst, strays = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride, skin)
         number += 1
         stats.sweeps += 1
         if sinking:
             continue
-        holds, done = _end_game(layer, number - sweeps, worst, holds, skin, give_up, down, recipe, stats)
+        holds, done = _end_game(layer, number - sweeps, worst, strays == 0, skin, give_up, down, recipe, stats)
+        strays = 0 if holds else layer.moving
         if done:
             return
 

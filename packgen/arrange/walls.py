@@ -21,7 +21,10 @@ from packgen.arrange.kernels.walls import (
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.geometry import Ball, Box, Cone, Polyhedron, Shape, Slice, Surface
 
-MAP_CELLS_MAX = 1_000_000
+MAP_CELLS_MAX = 300_000
+BLOCK = 8
+HALF_DIAGONAL = 0.5 * 3.0**0.5
+
 MAP_REACH = 1.7
 """Reach of the map in largest radii: a sphere, its gap, and half of the widest skin."""
 
@@ -131,6 +134,8 @@ def map_features(  # type: ignore[no-untyped-def]
 ):
     """List for each cell of a grid the features closer than ``reach`` to any point of it.
 
+    Blocks of cells first, so that most cells never look at most features.
+
     Args:
         kind: Kind of each feature, shape (F,).
         row: The features, shape (F, FEATURE_WIDTH).
@@ -142,42 +147,47 @@ def map_features(  # type: ignore[no-untyped-def]
     Returns:
         (first entry of each cell, int32, shape (cells + 1,); features, int32).
     """
-    nx, ny, nz = cells[0], cells[1], cells[2]
-    radius = reach + 0.8660254037844387 * size
-    start = np.zeros(nx * ny * nz + 1, np.int32)
+    start = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int32)
     item = np.empty(0, np.int32)
-    low = np.empty(3, np.int64)
-    high = np.empty(3, np.int64)
     fill = start
+    radius = reach + HALF_DIAGONAL * size
+    block_radius = reach + HALF_DIAGONAL * BLOCK * size
+    near = np.empty(len(kind), np.int64)
     for counting in (True, False):
         if not counting:
-            for cell in range(nx * ny * nz):
+            for cell in range(len(start) - 1):
                 start[cell + 1] += start[cell]
             item = np.empty(start[-1], np.int32)
             fill = start[:-1].copy()
-        for feature in range(len(kind)):
-            for axis in range(3):
-                low[axis], high[axis] = 0, cells[axis] - 1
-                if kind[feature] == TRIANGLE:
-                    a, b, c = row[feature, axis], row[feature, 3 + axis], row[feature, 6 + axis]
-                    bottom = (min(a, b, c) - radius - origin[axis]) / size
-                    top = (max(a, b, c) + radius - origin[axis]) / size
-                    low[axis] = min(max(int(np.floor(bottom)), 0), cells[axis] - 1)
-                    high[axis] = max(min(int(np.floor(top)), cells[axis] - 1), 0)
-            for cz in range(low[2], high[2] + 1):
-                for cy in range(low[1], high[1] + 1):
-                    for cx in range(low[0], high[0] + 1):
-                        x = origin[0] + (cx + 0.5) * size
-                        y = origin[1] + (cy + 0.5) * size
-                        z = origin[2] + (cz + 0.5) * size
-                        gap = wall_gap(kind[feature], row[feature], x, y, z, 0.0)[0]
-                        if gap < radius:
-                            cell = (cz * ny + cy) * nx + cx
-                            if counting:
-                                start[cell + 1] += 1
-                            else:
-                                item[fill[cell]] = feature
-                                fill[cell] += 1
+        for bz in range(0, cells[2], BLOCK):
+            for by in range(0, cells[1], BLOCK):
+                for bx in range(0, cells[0], BLOCK):
+                    half = 0.5 * BLOCK
+                    x = origin[0] + (bx + half) * size
+                    y = origin[1] + (by + half) * size
+                    z = origin[2] + (bz + half) * size
+                    count = 0
+                    for feature in range(len(kind)):
+                        near[count] = feature
+                        count += wall_gap(kind[feature], row[feature], x, y, z, 0.0)[0] < block_radius
+                    if count == 0:
+                        continue
+                    for cz in range(bz, min(bz + BLOCK, cells[2])):
+                        for cy in range(by, min(by + BLOCK, cells[1])):
+                            for cx in range(bx, min(bx + BLOCK, cells[0])):
+                                x = origin[0] + (cx + 0.5) * size
+                                y = origin[1] + (cy + 0.5) * size
+                                z = origin[2] + (cz + 0.5) * size
+                                cell = (cz * cells[1] + cy) * cells[0] + cx
+                                for k in range(count):
+                                    feature = near[k]
+                                    gap = wall_gap(kind[feature], row[feature], x, y, z, 0.0)[0]
+                                    if gap < radius:
+                                        if counting:
+                                            start[cell + 1] += 1
+                                        else:
+                                            item[fill[cell]] = feature
+                                            fill[cell] += 1
     return start, item
 
 

@@ -223,3 +223,33 @@ def fill_list(
                     total = append_range(ball, i, low, high, grow, neighbor, total)
     begin[owners] = total
     return total
+
+
+@njit(cache=True, error_model="numpy")
+def gather(
+    ball: NDArray[np.float64],
+    previous: NDArray[np.float64],
+    identity: NDArray[np.int64],
+    level: NDArray[np.int8],
+    order: NDArray[np.int32],
+    order_fixed: NDArray[np.int32],
+    ball_out: NDArray[np.float64],
+    previous_out: NDArray[np.float64],
+    identity_out: NDArray[np.int64],
+    level_out: NDArray[np.int8],
+) -> None:
+    """Copy spheres in the order of their cells: moving ones by ``order``, fixed ones by ``order_fixed``."""
+    moving = len(order)
+    for i in range(moving):
+        k = order[i]
+        for column in range(4):
+            ball_out[i, column] = ball[k, column]
+        for axis in range(3):
+            previous_out[i, axis] = previous[k, axis]
+        identity_out[i] = identity[k]
+        level_out[i] = level[k]
+    for i in range(len(order_fixed)):
+        k = moving + order_fixed[i]
+        for column in range(4):
+            ball_out[moving + i, column] = ball[k, column]
+        level_out[moving + i] = level[k]

@@ -112,27 +112,28 @@ def push_pairs(
             if square < reach * reach:
                 distance = math.sqrt(square)
                 overlap = reach - distance
-                worst = max(worst, overlap / min(radius, other))
+                smaller = min(radius, other)
+                if overlap > worst * smaller:
+                    worst = overlap / smaller
                 if distance < 1e-9 * reach:
                     # Coincident centres have no normal: part them along a direction of their own numbers.
                     angle = 2.399963229728653 * (i + j)
                     dx, dy, dz = math.cos(angle), math.sin(angle), 0.5 - (i & 1)
                     distance = math.sqrt(1.25)
+                # Masses go with the cubes of the radii; a fixed sphere is infinitely heavy.
+                mass = radius * radius * radius
+                mass_other = other * other * other
+                if j >= moving:
+                    mass = 0.0
+                elif i >= moving:
+                    mass_other = 0.0
+                push = overlap / (distance * (mass + mass_other))
                 if j < moving:
-                    share = 0.5
-                    if i >= moving:
-                        share = 0.0
-                    elif radius != other:
-                        heavy = radius * radius * radius
-                        share = other * other * other
-                        share /= share + heavy
-                    back = (1.0 - share) * overlap / distance
+                    back = push * mass
                     shift[j, 0] -= back * dx
                     shift[j, 1] -= back * dy
                     shift[j, 2] -= back * dz
-                    push = share * overlap / distance
-                else:
-                    push = overlap / distance
+                push *= mass_other
                 px += push * dx
                 py += push * dy
                 pz += push * dz
@@ -185,7 +186,7 @@ def sweep(  # type: ignore[no-untyped-def]
         skin: The list holds while no sphere has moved by ``skin * radius / 2``.
 
     Returns:
-        (largest pair overlap as a fraction of the smaller radius, whether the list still holds).
+        (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list).
     """
     for i in range(moving):
         for axis in range(3):
@@ -193,7 +194,7 @@ def sweep(  # type: ignore[no-untyped-def]
             ball[i, axis] = here + momentum * (here - previous[i, axis])
             previous[i, axis] = here
     worst = push_pairs(ball, moving, owners, begin, neighbor, shift)
-    holds = True
+    strays = 0
     for i in range(moving):
         radius = ball[i, 3]
         sx = relaxation * shift[i, 0]
@@ -223,8 +224,8 @@ def sweep(  # type: ignore[no-untyped-def]
         dz = z - anchor[i, 2]
         margin = 0.5 * skin * radius
         if dx * dx + dy * dy + dz * dz > margin * margin:
-            holds = False
-    return worst, holds
+            strays += 1
+    return worst, strays
 
 
 @njit(cache=True, error_model="numpy")
