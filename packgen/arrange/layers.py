@@ -176,7 +176,7 @@ class _Zone:
         return tops
 
     def _starts(self, tops: Float64Array) -> Float64Array:
-        """Return start positions: uniform between the bed and the new layer's top, (n, 3); the last few on the bed."""
+        """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""
         region, thickness = self.region, self.plan.thickness * self.diameter
         top = self.level + thickness
         low = max(float(tops.min()), self.level - thickness)
@@ -196,7 +196,7 @@ class _Zone:
         points, height = points[open_space], height[open_space]
         if remaining is not None and remaining < len(points):
             points = points[np.argsort(height, kind="stable")[:remaining]]
-        return points
+        return np.asarray(points)
 
     def _new(self, start: Float64Array, draw: Draw, batch: int) -> Spheres:
         count = len(draw.radius)

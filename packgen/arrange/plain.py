@@ -55,7 +55,7 @@ class PlainLayer:
         count = np.diff(begin)
         sphere = np.repeat(np.arange(self.moving), count)
         rank = np.arange(begin[-1]) - begin[sphere]
-        # The fused loop puts a sphere back from one feature after the other: rank by rank, all spheres at once.
+        # The fused loop puts a sphere back from one feature after the other: here rank by rank, all at once.
         self.wall_ranks = [
             (
                 torch.as_tensor(sphere[rank == k], device=self.device),

@@ -103,7 +103,7 @@ def closest_points(row: Tensor, position: Tensor) -> Tensor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FeatureWalls:
-    """A table of wall features as the paper's objective wants them (eq. 2), every sphere against every feature.
+    """A table of wall features as the paper's objective wants them (eq. 2): each sphere against each feature.
 
     Attributes:
         kind: Kind of each feature, shape (m,), int.

@@ -124,7 +124,7 @@ def settle(
         recipe: Constants.
         stats: Counters to add to.
         sink: False leaves the sinking out: overlaps are parted, nothing falls.
-        device: ``cpu`` for the fused loops, any other torch device (or ``torch``: torch on the CPU) for plain torch.
+        device: ``cpu`` for the fused loops, any other torch device for plain torch (``torch``: on the CPU).
 
     Returns:
         (centres of the moving spheres [m], shape (moving, 3); which of them found a place, shape (moving,)).
@@ -167,7 +167,9 @@ def _relax(
         stats.sweeps += 1
         if sinking:
             continue
-        holds, done = _end_game(layer, number - sweeps, worst, strays == 0, skin, give_up, down, recipe, stats)
+        holds, done = _end_game(
+            layer, number - sweeps, worst, strays == 0, skin, give_up, down, recipe, stats
+        )
         strays = 0 if holds else layer.moving
         if done:
             return

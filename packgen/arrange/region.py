@@ -13,7 +13,6 @@ from packgen.arrays import Float64Array
 from packgen.errors import PackingError
 from packgen.geometry import Ball, Box, Cone, Container, Shape, Slice
 
-
 COLUMNS_MAX = 4_000_000
 
 
@@ -38,15 +37,16 @@ class Region:
     @property
     def down(self) -> Float64Array:
         """Unit vector along which things fall, shape (3,)."""
-        return -self.frame[2]
+        return np.asarray(-self.frame[2])
 
     def clearance(self, position: Float64Array, radius: float = 0.0) -> Float64Array:
         """Return how far spheres of one radius are inside the region [m], shape (N,); negative is outside."""
         walls = self.walls
-        return least_gap(
+        gap: Float64Array = least_gap(
             np.ascontiguousarray(position), radius, walls.kind, walls.row, walls.map_origin, walls.map_size,
             walls.map_cells, walls.map_start, walls.map_item,
         )  # fmt: skip
+        return gap
 
     def rectangle(self) -> tuple[Float64Array, Float64Array]:
         """Return lower and upper corner of the region's shadow along gravity, in u and v [m], each (2,)."""

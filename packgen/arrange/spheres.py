@@ -13,7 +13,7 @@ from packgen.arrays import Float64Array, Int32Array
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Spheres:
-    """Columns of equal length: centres [m] (N, 3), radii [m] (N,), and where each sphere belongs, int32 (N,)."""
+    """Columns of equal length: centres [m] (N, 3), radii [m] and where each sphere belongs, int32, (N,)."""
 
     position: Float64Array
     radius: Float64Array

@@ -124,7 +124,7 @@ def _triangle_rows(surface: Surface) -> Float64Array:
 
 
 @njit(cache=True, error_model="numpy")
-def map_features(  # type: ignore[no-untyped-def]
+def map_features(  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912 -- one fused loop
     kind: NDArray[np.int8],
     row: NDArray[np.float64],
     origin: NDArray[np.float64],

@@ -1,4 +1,4 @@
-"""From a scene's container and locations to shapes: primitives as they are, meshes read, mended and classified."""
+"""From a scene's container and locations to shapes: primitives as they are, meshes read and mended."""
 
 from __future__ import annotations
 

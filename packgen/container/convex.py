@@ -47,7 +47,7 @@ def convex_hull(vertices: Float64Array, place: str) -> tuple[Polyhedron, float]:
 def _tightened(normal: Float64Array, offset: Float64Array, vertices: Float64Array) -> Float64Array:
     """Return offsets moved in to the innermost corner of each facet.
 
-    A sphere inside such a plane cannot cut the facet's triangles, whose corners all lie on the plane or beyond.
+    A sphere inside such a plane cannot cut the facet's triangles: their corners lie on the plane or beyond.
     """
     slack = FLATNESS * float(np.ptp(vertices, axis=0).max())
     tight = offset.copy()

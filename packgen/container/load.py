@@ -145,6 +145,7 @@ def _closed(surface: Surface, up: Float64Array, place: str, name: str) -> Surfac
     if not rim.level:
         where = describe_holes(surface, boundary_edges(surface))
         raise GeometryError(
-            f"{place}: {name} has holes ({where}); expected a closed surface or one open at its top only: close it"
+            f"{place}: {name} has holes ({where}); expected a closed surface or one open at its top only: "
+            "close it"
         )
     return capped(surface, rim)

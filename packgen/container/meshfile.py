@@ -123,11 +123,11 @@ def _boundary(blocks: list[Any]) -> Int64Array:
                 key = tuple(sorted(corners))
                 seen[key] = None if key in seen else corners
     triangles = []
-    for corners in seen.values():
-        if corners is not None:
-            triangles.append(corners[:3])
-            if len(corners) == 4:
-                triangles.append((corners[0], corners[2], corners[3]))
+    for outer in seen.values():
+        if outer is not None:
+            triangles.append(outer[:3])
+            if len(outer) == 4:
+                triangles.append((outer[0], outer[2], outer[3]))
     return np.array(triangles, np.int64).reshape(-1, 3)
 
 

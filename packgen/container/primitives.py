@@ -1,4 +1,4 @@
-"""Primitives as shapes, and their tessellation for decks and pictures: facets on or just outside the true wall."""
+"""Tessellations of primitives for decks and pictures: facets on or just outside the true wall."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SEGMENTS = 96
 
 
 def perpendicular(axis: Float64Array) -> tuple[Float64Array, Float64Array]:
-    """Return two unit vectors that make a right-handed system with ``axis`` as the third, each of shape (3,)."""
+    """Return two unit vectors, each (3,), that make a right-handed system with ``axis`` as the third."""
     helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = np.cross(helper, axis)
     first /= np.linalg.norm(first)

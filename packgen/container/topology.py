@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from packgen.geometry import Surface
 
 @dataclass(frozen=True, slots=True)
 class Rim:
-    """The opening of a surface: its boundary edges, and the height (against gravity) of their lowest point."""
+    """The opening of a surface: its boundary edges, and the height (against gravity) of their lowest one."""
 
     edges: Int64Array
     height: float
@@ -25,7 +26,7 @@ def boundary_edges(surface: Surface) -> Int64Array:
     faces = surface.faces
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     _, inverse, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return directed[count[inverse.reshape(-1)] == 1]
+    return np.asarray(directed[count[inverse.reshape(-1)] == 1])
 
 
 def find_rim(surface: Surface, up: Float64Array) -> Rim | None:
@@ -75,7 +76,8 @@ def with_consistent_winding(surface: Surface) -> tuple[Surface, int]:
     mesh = trimesh.Trimesh(surface.vertices, surface.faces.copy(), process=False)
     if mesh.is_winding_consistent:
         return surface, 0
-    trimesh.repair.fix_winding(mesh)
+    fix_winding: Any = trimesh.repair.fix_winding
+    fix_winding(mesh)
     if not mesh.is_winding_consistent:
         raise GeometryError("the mesh has no inside: its facets cannot be wound consistently; repair it")
     faces = np.asarray(mesh.faces, np.int64)

@@ -1,8 +1,8 @@
 """The contact sweep: every overlapping pair is pushed apart, every sphere back inside its walls, all at once.
 
-One sweep is a Jacobi step of position-based dynamics (Mueller et al., J. Vis. Commun. Image R. 18 (2007) 109):
-each sphere moves by the sum of its overlaps along their normals, shared in inverse proportion to the masses,
-from a position extrapolated by momentum.
+One sweep is a Jacobi step of position-based dynamics (Mueller et al., J. Vis. Commun. Image R. 18 (2007)
+109): each sphere moves by the sum of its overlaps along their normals, shared in inverse proportion to the
+masses, from a position extrapolated by momentum.
 """
 
 from __future__ import annotations
