@@ -28,6 +28,7 @@ BUILTIN = MappingProxyType(
     {
         "liggghts": "exporters.liggghts",
         "lammps": "exporters.lammps",
+        "yade": "exporters.yade",
         "vtk": "exporters.vtk",
     }
 )

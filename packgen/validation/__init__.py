@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from packgen.bed import Bed
 from packgen.errors import SolverError
-from packgen.validation import lammps, liggghts
+from packgen.validation import lammps, liggghts, yade
 from packgen.validation.prediction import PredictedForces, predicted_forces
 from packgen.validation.process import SOLVERS, find_solver
 from packgen.validation.results import (
@@ -44,7 +44,12 @@ __all__ = [
     "validation_dict",
 ]
 
-_MEASURES = {"liggghts": liggghts.measure, "lammps": lammps.measure}
+_Measure = Callable[[Bed, Path, Limits, Callable[[str, float], None] | None], SolverReport]
+_MEASURES: Mapping[str, _Measure] = {
+    "liggghts": liggghts.measure,
+    "lammps": lammps.measure,
+    "yade": yade.measure,
+}
 
 
 def validate(

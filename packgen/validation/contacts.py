@@ -48,13 +48,14 @@ def pair_error(bed: Bed, pairs: Contacts) -> float:
     return law_error(pairs.force - expected, expected, law.mean_weight(bed))
 
 
-def listed_error(bed: Bed, walls: Contacts, *, radius_factor: float = 1.0) -> float:
+def listed_error(bed: Bed, walls: Contacts, *, radius_factor: float | Float64Array = 1.0) -> float:
     """Return how far listed contacts with walls are off Hertz' law.
 
     Args:
         bed: The bed.
         walls: The contacts.
-        radius_factor: The solver's effective radius of a sphere at a wall, as a fraction of its radius.
+        radius_factor: The solver's effective radius of a sphere at a wall, as a fraction of its radius; a
+            number, or one a contact (C,).
     """
     moduli = law.wall_modulus(bed, bed.type_index)[walls.first]
     expected = law.hertz_force(moduli, radius_factor * bed.radius[walls.first], walls.overlap)

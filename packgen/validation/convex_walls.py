@@ -161,9 +161,9 @@ def _plane_contacts(bed: Bed, normal: Float64Array, offset: Float64Array) -> Wal
     for start in range(0, bed.count, step):
         position, radius = bed.position[start : start + step], bed.radius[start : start + step]
         clearance = offset - position @ normal.T
-        sphere, plane = np.nonzero((clearance < radius[:, None]) & (clearance > 0).all(axis=1)[:, None])
+        sphere, plane = np.nonzero((clearance < radius[:, None]) & (clearance > 0).all(axis=1, keepdims=True))
         foot = position[sphere] + clearance[sphere, plane][:, None] * normal[plane]
-        held = (foot @ normal.T <= offset + 1e-12 * size).all(axis=1)
+        held = np.flatnonzero((foot @ normal.T <= offset + 1e-12 * size).all(axis=1))
         sphere, plane = sphere[held], plane[held]
         spheres.append(sphere + start)
         normals.append(-normal[plane])
@@ -179,13 +179,13 @@ def _planes(bed: Bed, shape: Polyhedron) -> tuple[Float64Array, Float64Array]:
     middle = vertices.mean(axis=0)
     distance = shape.offset - shape.normal @ middle
     kept: list[int] = []
-    for index in np.argsort(distance, kind="stable"):
+    for index in np.argsort(distance, kind="stable").tolist():
         turned = np.linalg.norm(shape.normal[kept] - shape.normal[index], axis=1)
         apart = np.abs(distance[kept] - distance[index]) / size
         same = (turned < SAME_PLANE) & (apart < 0.1 * SAME_PLANE)
         height = vertices @ shape.normal[index] - shape.offset[index]
-        on_plane = np.asarray(np.abs(height) < SAME_PLANE * size)
-        if not same.any() and on_plane[faces].all(axis=1).any():
+        on_plane = np.flatnonzero(np.abs(height) < SAME_PLANE * size)
+        if not same.any() and np.isin(faces, on_plane).all(axis=1).any():
             kept.append(int(index))
     return shape.normal[kept], shape.offset[kept]
 

@@ -20,7 +20,9 @@ from typing import IO
 from packgen.errors import SolverError
 
 # The executable and Debian's package of each solver that validation can run.
-SOLVERS = MappingProxyType({"liggghts": ("liggghts", "liggghts"), "lammps": ("lmp", "lammps")})
+SOLVERS = MappingProxyType(
+    {"liggghts": ("liggghts", "liggghts"), "lammps": ("lmp", "lammps"), "yade": ("yade", "yade")}
+)
 TAIL_LINES = 200
 LINE_BYTES_MAX = 65536
 ERROR_LINES = 5
