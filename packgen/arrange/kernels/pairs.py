@@ -80,10 +80,11 @@ def level_grids(  # type: ignore[no-untyped-def]
             if total <= budget or members[octave] == 0:
                 break
             size[octave] *= 1.26
+        if members[octave] == 0:
+            size[octave] = 1e300  # one cell that everything lies in
         for axis in range(3):
-            cells[octave, axis] = 1
-            if members[octave] > 0:
-                cells[octave, axis] = int(extent[axis] / size[octave]) + 1
+            # By the same product as a sphere's cell is: a quotient may round to one cell less.
+            cells[octave, axis] = int(extent[axis] * (1.0 / size[octave])) + 1
         first[octave + 1] = first[octave] + cells[octave, 0] * cells[octave, 1] * cells[octave, 2]
     return box, level, size, cells, first
 
