@@ -12,6 +12,7 @@ from packgen.check import wall_clearance
 from packgen.errors import SolverError
 from packgen.validation import law
 from packgen.validation.contacts import Contacts, pair_error
+from packgen.validation.elastic import elastic_sinking, up_direction
 from packgen.validation.prediction import predicted_forces
 from packgen.validation.results import GravityRun, Limits, StepZero
 
@@ -106,6 +107,9 @@ def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
     index, position = run.index[kept], run.position[kept]
     moved = np.linalg.norm(position - start[index], axis=1)
     before, after = _heights(bed, start[index], index), _heights(bed, position, index)
+    elastic = elastic_sinking(bed, position, index) - elastic_sinking(bed, start[index], index)
+    rest = np.linalg.norm(position - start[index] + elastic[:, None] * up_direction(bed), axis=1)
+    mass = law.sphere_mass(bed)[index]
     worst = int(moved.argmax()) if len(moved) else 0
     return GravityRun(
         timestep=run.timestep,
@@ -119,7 +123,9 @@ def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
         displacement_mean=float(moved.mean()) / radius if len(moved) else float("nan"),
         displacement_max=float(moved[worst]) / radius if len(moved) else float("nan"),
         worst_displaced=int(index[worst]) if len(moved) else -1,
+        displacement_rest_mean=float(rest.mean()) / radius if len(rest) else float("nan"),
         sinking=(before[0] - after[0]) / before[0],
+        sinking_elastic=float(np.average(elastic, weights=mass)) / before[0] if len(mass) else float("nan"),
         height_change=(after[1] - before[1]) / before[1],
     )
 
@@ -135,8 +141,7 @@ def _heights(bed: Bed, position: Float64Array, index: Int64Array) -> tuple[float
     """Return the heights of the centre of mass and of the bed, above the lowest point at the start."""
     if len(index) == 0:
         return float("nan"), float("nan")
-    strength = float(np.linalg.norm(bed.gravity))
-    up = -bed.gravity / strength if strength > 0 else np.array([0.0, 0.0, 1.0])
+    up = up_direction(bed)
     floor = float((bed.position @ up - bed.radius).min())
     height = position @ up - floor
     mass = law.sphere_mass(bed)[index]
