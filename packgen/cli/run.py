@@ -23,7 +23,6 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import Bed
     from packgen.report import Report
     from packgen.scene import Scene
-    from packgen.validation import SolverReport
 
 DEFAULT_SOLVER = "liggghts"
 
@@ -169,8 +168,8 @@ def _write(
 
 
 def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) -> tuple[list[str], str]:
-    """Let each solver confirm its deck; return what it did not confirm, and the verdicts as tables."""
-    from packgen.validation import Limits, validate, validation_dict
+    """Let each solver confirm its deck; return what it did not confirm, and the verdicts as one table."""
+    from packgen.validation import Limits, comparison, validate, validation_dict
 
     limits = Limits(**plan.scene.validation.model_dump())
     reports, errors = {}, {}
@@ -191,18 +190,11 @@ def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) 
     text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
     missed = [line for report in reports.values() for line in report.missed] + list(errors.values())
-    return missed, "\n\n".join(_verdict(report) for report in reports.values())
+    return missed, table(comparison(list(reports.values()))) if reports else ""
 
 
 def _tell(listener: Listener, solver: str, stage: str, share: float) -> None:
     listener(Share(f"{solver}, {stage}", share))
-
-
-def _verdict(report: SolverReport) -> str:
-    """Return a solver's verdict as a table."""
-    head = (report.version, "measured", "at most", "")
-    rows = [(row.quantity, row.value, row.limit, "" if row.passed else "MISSED") for row in report.rows()]
-    return table([head, *rows])
 
 
 def _conclude(report: Report, verdict: str, folder: ResultFolder, *, quiet: bool) -> int:

@@ -28,6 +28,7 @@ from packgen.validation.results import (
     Row,
     SolverReport,
     StepZero,
+    comparison,
     validation_dict,
 )
 
@@ -38,6 +39,7 @@ __all__ = [
     "Row",
     "SolverReport",
     "StepZero",
+    "comparison",
     "find_solver",
     "predicted_forces",
     "validate",

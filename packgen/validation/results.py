@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -214,7 +214,8 @@ class SolverReport:
             _row("largest step-0 force", zero.force_max, limits.force_limit, " W"),
             _row("predicted by geometry", zero.predicted_force_max, None, " W"),
             _row("step-0 forces off Hertz' law", zero.law_error, limits.law_limit),
-            _row("gravity run", f"{run.free_fall_times:.3g} free-fall times ({self._work()})", None),
+            _row("gravity run", f"{run.free_fall_times:.3g} free-fall times", None),
+            _row("steps of the gravity run", self._work(), None),
             _row("spheres lost", len(run.lost), limits.lost_limit),
             _row("kinetic energy, peak", run.energy_peak, None, " N m g r"),
             _row("kinetic energy, end", run.energy_end, None, " N m g r"),
@@ -258,13 +259,24 @@ class SolverReport:
     def _work(self) -> str:
         run = self.gravity_run
         if run.steps >= run.steps_wanted:
-            return f"{run.steps} steps"
+            return f"{run.steps}"
         share = 100 * run.steps / run.steps_wanted
-        return f"{run.steps} of {run.steps_wanted} steps, {share:.0f} %: the work budget was reached"
+        return f"{run.steps} ({share:.0f} %), work budget reached"
 
     def _blame_lost(self) -> str:
         named = ", ".join(str(index) for index in self.gravity_run.lost[:10])
         return f" (sphere {named}{', ...' if len(self.gravity_run.lost) > 10 else ''})"
+
+
+def comparison(reports: Sequence[SolverReport]) -> list[tuple[str, ...]]:
+    """Return the verdicts of some solvers side by side, as the rows of one table with its head."""
+    head = ("", *(report.version for report in reports), "at most")
+    columns = [report.rows() for report in reports]
+    cells = [
+        (rows[0].quantity, *(f"{row.value}  {row.verdict}".rstrip() for row in rows), rows[0].limit)
+        for rows in zip(*columns, strict=True)
+    ]
+    return [head, *cells] if reports else []
 
 
 def validation_dict(reports: Mapping[str, SolverReport]) -> dict[str, Any]:

@@ -109,7 +109,7 @@ def test_a_run_that_the_budget_cut_short_is_not_judged_and_no_run_at_all_is_miss
         rows = {row.quantity: row for row in report.rows()}
         assert [rows[name].verdict for name in moved] == [verdict] * 2
         assert report.passed is passed
-        assert "the work budget was reached" in rows["gravity run"].value
+        assert "work budget reached" in rows["steps of the gravity run"].value
         assert report.as_dict()["gravity_run"]["judged"] is not passed
     enough = replace(report, gravity_run=replace(report.gravity_run, steps=25, steps_wanted=100))
     assert [row.verdict for row in enough.rows() if row.quantity in moved] == ["", ""]
