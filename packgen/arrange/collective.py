@@ -72,9 +72,14 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
         height = (level - region.floor) / (region.ceiling - region.floor)
         task.on_progress(Progress("arrange", placed, total, batch, min(max(height, 0.0), 1.0), thrown_back))
 
-    return fill_in_layers(
-        region, zone.supply, pile, zone.index, recipe, plan, task.rng, on_layer, first_batch
-    )
+    placed, batch = len(pile), first_batch
+    for gap in (recipe.gap, 0.0):
+        recipe = replace(recipe, gap=gap)
+        batch = fill_in_layers(region, zone.supply, pile, zone.index, recipe, plan, task.rng, on_layer, batch)
+        if len(pile) > placed:
+            break
+        # Walls as far apart as a sphere is wide leave no room for the gap that spheres are arranged with.
+    return batch
 
 
 def _plan_of_size(plan: LayerPlan, batch_size: int, zone: ZoneTask, region: Region) -> LayerPlan:

@@ -24,6 +24,12 @@ STALLED_SHARE = 0.02
 STALLED_MAX = 3
 """So many layers in a row that gain no more than this share of what they try: the zone is full."""
 
+TRIES_MIN = 4
+"""Spheres that a layer has to try for its failure to count in full: a narrow tube has room for one."""
+
+SEARCH_POINTS = 1024
+"""Points that are looked at for the start of a single sphere before a layer counts as without room."""
+
 
 @dataclass(frozen=True, slots=True)
 class LayerPlan:
@@ -78,15 +84,20 @@ def fill_in_layers(
     """
     stats = stats if stats is not None else SettleStats()
     loop = _Zone(region, supply, pile, zone_index, recipe, plan, rng, stats)
-    batch, stalled, thrown_back = first_batch, 0, 0
+    batch, stalled, thrown_back = first_batch, 0.0, 0
     while not supply.finished and stalled < STALLED_MAX and loop.base < region.ceiling:
         gained, back, tried = loop.add_layer(batch)
         thrown_back += back
         found_room = gained > STALLED_SHARE * tried
-        stalled = 0 if found_room or not loop.started else stalled + 1
+        stalled = 0.0 if found_room or not loop.started else stalled + failure(tried)
         batch += 1
         on_layer(batch, len(pile), loop.level, thrown_back)
     return batch
+
+
+def failure(tried: int) -> float:
+    """Return how much a layer says that gained nothing: 1 where it found no room, or tried enough."""
+    return min(1.0, tried / TRIES_MIN) if tried else 1.0
 
 
 class _Zone:
@@ -131,7 +142,7 @@ class _Zone:
         self.started = self.started or gained > 0
         if not self.started:
             # The tip of a hopper, too narrow for a sphere: look for the first place where one fits.
-            self.base += 0.25 * self.diameter
+            self.base += 0.25 * self.diameter * failure(len(draw.radius))
         self._bury()
         return gained, len(thrown), len(draw.radius)
 
@@ -168,6 +179,10 @@ class _Zone:
         radius = self.supply.radius_reference
         above = self.map.points(np.where(found, tops, self.level) + radius)
         self.roofed = found & (self.region.clearance(above, radius) < 0.0)
+        if (self.roofed == found).all() and found.any():
+            # A tube so narrow that its wall is near everywhere, below as above: that is no roof.
+            below_it = self.map.points(np.where(found, tops, self.level) - radius)[found]
+            self.roofed &= not (self.region.clearance(below_it, radius) < 0.0).all()
         open_above = found & ~self.roofed
         self.level = float(np.mean(tops[open_above])) if open_above.any() else self.level
         if not found.any():
@@ -183,7 +198,14 @@ class _Zone:
         least, most = region.rectangle()
         density = START_FRACTION / self.supply.mean_volume
         count = int(self.rng.poisson(density * float(np.prod(most - least)) * (top - low)))
-        points = region.sample(self.rng, count, low, top)
+        points = self._open(region.sample(self.rng, count, low, top), tops)
+        if len(points) == 0:
+            points = self._open(region.sample(self.rng, SEARCH_POINTS, low, top), tops)[:1]
+        return points
+
+    def _open(self, points: Float64Array, tops: Float64Array) -> Float64Array:
+        """Return the points above the bed and inside the walls, (n, 3); the lowest where few are wanted."""
+        region, thickness = self.region, self.plan.thickness * self.diameter
         own = tops[self.map.index(points)]
         height = points @ region.frame[2] - own
         clearance = region.clearance(points, self.supply.radius_reference)
