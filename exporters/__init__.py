@@ -30,6 +30,13 @@ BUILTIN = MappingProxyType(
         "lammps": "exporters.lammps",
         "yade": "exporters.yade",
         "vtk": "exporters.vtk",
+        "csv": "exporters.csv",
+        "mfix": "exporters.mfix",
+        "mercury": "exporters.mercury",
+        "esys": "exporters.esys",
+        "kratos": "exporters.kratos",
+        "geotaichi": "exporters.geotaichi",
+        "chrono": "exporters.chrono",
     }
 )
 

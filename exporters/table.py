@@ -6,14 +6,40 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
 from pydantic_core import to_json
+
+from packgen.bed import Bed
 
 ROWS_PER_CHUNK = 8192
 
 
+class NoOptions(BaseModel):
+    """The options of a format that has none."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def ids(bed: Bed, *, start: int = 1) -> NDArray[np.int64]:
+    """Return the index of each sphere in the bed, counted from ``start``, shape (N,)."""
+    return np.arange(start, start + bed.count, dtype=np.int64)
+
+
+def constant(bed: Bed, value: float) -> NDArray[np.generic]:
+    """Return one number for each sphere, shape (N,), without an array of them."""
+    return np.broadcast_to(np.asarray(value), (bed.count,))
+
+
 def write_rows(
-    path: Path, columns: Sequence[NDArray[Any]], *, head: str = "", foot: str = "", separator: str = " "
+    path: Path,
+    columns: Sequence[NDArray[Any]],
+    *,
+    head: str = "",
+    foot: str = "",
+    separator: str = " ",
+    append: bool = False,
 ) -> Path:
     """Write columns of the same length as rows of text between a head and a foot.
 
@@ -25,8 +51,9 @@ def write_rows(
         head: Text before the first row, with its line end.
         foot: Text after the last row, with its line end.
         separator: What stands between numbers.
+        append: Write behind what the file holds already.
     """
-    with path.open("wb") as file:
+    with path.open("ab" if append else "wb") as file:
         file.write(head.encode("ascii", "replace"))
         for rows in _chunks(columns):
             # [[1,0.1],[2,0.2]] as JSON is the rows but for its brackets and commas.

@@ -153,7 +153,9 @@ def _write(
     with watch.stage("export"):
         for name, exporter in plan.exporters.items():
             (folder / name).mkdir()
-            settings = {} if options.templates is None else {"templates": options.templates.resolve()}
+            settings = {}
+            if options.templates is not None and "templates" in getattr(exporter.Options, "model_fields", {}):
+                settings = {"templates": options.templates.resolve()}
             try:
                 exporter.write(bed, folder / name, exporter.Options(**settings))
             except ExportError as error:

@@ -18,17 +18,17 @@ def test_every_name_leads_to_an_exporter_of_that_name():
 
 
 def test_an_unknown_name_is_refused_with_the_choices():
-    with pytest.raises(ExportError, match="'ligghts'; there are liggghts, lammps"):
+    with pytest.raises(ExportError, match="'ligghts'; there are liggghts, lammps, yade"):
         exporters.get("ligghts")
 
 
 def test_a_plug_in_is_found_by_its_entry_point(monkeypatch):
-    points = [EntryPoint("csv", "json:decoder", exporters.ENTRY_POINT_GROUP)]
+    points = [EntryPoint("abc", "json:decoder", exporters.ENTRY_POINT_GROUP)]
     points += [EntryPoint("lost", "no_such_module", exporters.ENTRY_POINT_GROUP)]
     monkeypatch.setattr(exporters, "entry_points", lambda group: points)
-    assert exporters.names()[-2:] == ("csv", "lost")
+    assert exporters.names()[-2:] == ("abc", "lost")
     with pytest.raises(ExportError, match="has no NAME, Options, write"):
-        exporters.get("csv")
+        exporters.get("abc")
     with pytest.raises(ExportError, match="does not load: No module named 'no_such_module'"):
         exporters.get("lost")
 
