@@ -31,6 +31,7 @@ BUILTIN = MappingProxyType(
         "yade": "exporters.yade",
         "vtk": "exporters.vtk",
         "csv": "exporters.csv",
+        "cfdem": "exporters.cfdem",
         "mfix": "exporters.mfix",
         "mercury": "exporters.mercury",
         "esys": "exporters.esys",

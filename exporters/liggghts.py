@@ -59,23 +59,27 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     types = contact.number_types(bed, has_wall=has_wall)
     check_materials(types.materials)
     facets = walls.wall_facets(bed.container) if has_wall else None
-    primitives = walls.primitive_walls(bed.container) if options.walls == "auto" else None
-    if facets is not None and len(facets.triangles) == 0 and primitives is None:
-        raise ExportError(
-            f"{NAME}: no facet of the container's surface is usable; check the mesh and its units"
-        )
-    box = lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
-    values = _values(bed, types, box, options)
-    values["primitives"] = primitives or ()
-    values["mesh"] = _mesh_values(facets, options) if facets is not None and primitives is None else None
+    values = _values(bed, types, facets, options)
     paths = [deck.write_text(folder / "in.bed", deck.render("liggghts/in.bed.j2", values, options.templates))]
     title = (
         f"{bed.count} spheres, packgen {values['version']}, scene {values['scene']}, seed {values['seed']}"
     )
+    box = _simulation_box(bed, facets)
     paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box, title))
     if facets is not None:
         paths.append(walls.write_stl(folder / "wall.stl", facets.triangles, binary=options.stl == "binary"))
     return paths
+
+
+def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
+    """Return what the templates of LIGGGHTS place, for decks that are made of it.
+
+    Raises:
+        ExportError: LIGGGHTS cannot take the bed.
+    """
+    has_wall = walls.has_wall(bed)
+    types = contact.number_types(bed, has_wall=has_wall)
+    return _values(bed, types, walls.wall_facets(bed.container) if has_wall else None, options)
 
 
 def check_materials(materials: tuple[Material, ...]) -> None:
@@ -87,10 +91,20 @@ def check_materials(materials: tuple[Material, ...]) -> None:
     particulate.check_materials(NAME, materials, restitution_min=RESTITUTION_MIN)
 
 
-def _values(
-    bed: Bed, types: contact.Types, box: np.ndarray[tuple[int, ...], np.dtype[np.float64]], options: Options
-) -> dict[str, Any]:
-    """Return what the template places, but for the walls."""
+def _simulation_box(
+    bed: Bed, facets: walls.Facets | None
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
+
+
+def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options: Options) -> dict[str, Any]:
+    """Return what the template places."""
+    primitives = walls.primitive_walls(bed.container) if options.walls == "auto" else None
+    if facets is not None and len(facets.triangles) == 0 and primitives is None:
+        raise ExportError(
+            f"{NAME}: no facet of the container's surface is usable; check the mesh and its units"
+        )
+    box = _simulation_box(bed, facets)
     values = particulate.common_values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
     )
@@ -113,6 +127,9 @@ def _values(
         "rolling_friction": contact.pair_matrix([each.rolling_friction for each in types.materials]),
         "rolling": any(each.rolling_friction > 0 for each in types.materials),
         "dumps": options.dumps,
+        "primitives": primitives or (),
+        "mesh": _mesh_values(facets, options) if facets is not None and primitives is None else None,
+        "wall_folder": "",
     }
 
 

@@ -1,0 +1,53 @@
+"""CFDEMcoupling: the DEM half of a case, laid out as its tutorials are.
+
+Reference: CFDEMcoupling-PUBLIC, tutorials ``cfdemSolverPiso/ErgunTestMPI``: ``DEM/in.liggghts_init`` makes
+the bed and writes ``DEM/post/restart/liggghts.restart``; ``DEM/in.liggghts_run``, which the coupled solver
+reads in ``CFD``, starts from that file. ``parDEMrun.sh`` runs the first. What a CFD half needs of the bed
+beside it is the solid fraction (exporter ``fraction``).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field
+
+from exporters import deck, liggghts
+from packgen.bed import Bed
+
+NAME = "cfdem"
+TEMPLATES = {
+    "DEM/in.liggghts_init": "cfdem/in.liggghts_init.j2",
+    "DEM/in.liggghts_run": "cfdem/in.liggghts_run.j2",
+    "parDEMrun.sh": "cfdem/parDEMrun.sh.j2",
+}
+check_materials = liggghts.check_materials
+
+
+class Options(liggghts.Options):
+    """What a user may choose of a case: all that LIGGGHTS' deck has, and the coupling.
+
+    Attributes:
+        couple_every: DEM steps from one exchange with CFD to the next.
+    """
+
+    couple_every: int = Field(default=100, ge=1)
+
+
+def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+    """Write the case's DEM half into an existing folder and return the paths of its files.
+
+    Raises:
+        ExportError: LIGGGHTS cannot take the bed.
+    """
+    deck.check_exportable(bed, NAME)
+    (folder / "DEM").mkdir(exist_ok=True)
+    paths = liggghts.write(bed, folder / "DEM", options)
+    values = liggghts.deck_values(bed, options) | {
+        "wall_folder": "../DEM/",
+        "couple_every": options.couple_every,
+    }
+    for name, template in TEMPLATES.items():
+        paths.append(deck.write_text(folder / name, deck.render(template, values, options.templates)))
+    (folder / "parDEMrun.sh").chmod(0o755)
+    return paths
