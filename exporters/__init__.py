@@ -32,6 +32,7 @@ BUILTIN = MappingProxyType(
         "vtk": "exporters.vtk",
         "csv": "exporters.csv",
         "cfdem": "exporters.cfdem",
+        "fraction": "exporters.fraction",
         "mfix": "exporters.mfix",
         "mercury": "exporters.mercury",
         "esys": "exporters.esys",

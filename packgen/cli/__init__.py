@@ -142,6 +142,13 @@ def build_parser() -> argparse.ArgumentParser:
         "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
     )
     parser.add_argument(
+        "--export-option",
+        metavar="NAME.KEY=VALUE",
+        action="append",
+        default=[],
+        help="option of an exporter, such as fraction.cell_size=0.2; may be repeated",
+    )
+    parser.add_argument(
         "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
     )
     parser.add_argument(

@@ -59,6 +59,7 @@ class _Plan:
 
     scene: Scene
     exporters: Mapping[str, Any]
+    settings: Mapping[str, Any]
     solvers: tuple[str, ...]
     target: Path
 
@@ -91,6 +92,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
         PackgenError: The scene is wrong, or a name is unknown, or a solver is missing.
     """
     import exporters
+    from packgen.cli.exports import export_settings
     from packgen.scene import load_scene
 
     solvers = tuple(dict.fromkeys(_names(options.solver))) or (DEFAULT_SOLVER,)
@@ -98,6 +100,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
     if options.solver and not options.validate:
         raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")
     chosen = {name: exporters.get(name) for name in dict.fromkeys(wanted)}
+    settings = export_settings(chosen, options.export_option, options.templates)
     if options.templates is not None and not options.templates.is_dir():
         raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
     scene = load_scene(options.scene)
@@ -114,7 +117,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
         if check_materials is not None:
             check_materials(scene.materials)
     target = options.output or Path(options.scene.stem)
-    return _Plan(scene, chosen, solvers if options.validate else (), target)
+    return _Plan(scene, chosen, settings, solvers if options.validate else (), target)
 
 
 def _names(given: Sequence[str]) -> list[str]:
@@ -153,11 +156,8 @@ def _write(
     with watch.stage("export"):
         for name, exporter in plan.exporters.items():
             (folder / name).mkdir()
-            settings = {}
-            if options.templates is not None and "templates" in getattr(exporter.Options, "model_fields", {}):
-                settings = {"templates": options.templates.resolve()}
             try:
-                exporter.write(bed, folder / name, exporter.Options(**settings))
+                exporter.write(bed, folder / name, plan.settings[name])
             except ExportError as error:
                 # The bed is worth keeping, a deck that is not whole is not.
                 shutil.rmtree(folder / name)

@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from exporters import fraction
+from packgen.errors import ExportError
+from tests.beds import box_container, make_bed
+
+SOLID = 4 / 3 * np.pi
+
+
+def bed_of(count=200, periodic=(False, False, False)):
+    rng = np.random.default_rng(8)
+    radius = rng.uniform(0.1, 0.3, count)
+    edge = 0.0 if all(periodic) else 0.3
+    return make_bed(
+        rng.uniform(edge, 3 - edge, (count, 3)), radius, box_container((0, 0, 0), (3, 3, 3), periodic)
+    )
+
+
+def write(bed, folder, **options):
+    paths = fraction.write(bed, folder, fraction.Options(**options))
+    assert all(path.is_file() for path in paths)
+    return json.loads((folder / "fraction.json").read_text())
+
+
+def foam_values(folder):
+    text = (folder / "0" / "voidfraction").read_text()
+    count, values = re.search(r"List<scalar>\n(\d+)\n\((.*?)\)", text, re.DOTALL).groups()
+    numbers = np.array(values.split(), dtype=float)
+    assert len(numbers) == int(count)
+    return numbers
+
+
+@pytest.mark.parametrize("cell_size", [0.2, 0.75, 5.0])
+@pytest.mark.parametrize("periodic", [(False,) * 3, (True,) * 3], ids=["walls", "periodic"])
+def test_the_sum_over_the_cells_is_the_volume_of_the_spheres(tmp_path, cell_size, periodic):
+    bed = bed_of(periodic=periodic)
+    sums = write(bed, tmp_path, cell_size=cell_size)
+    assert sums["spheres_volume"] == pytest.approx(SOLID * (bed.radius**3).sum(), rel=1e-12)
+    assert sums["share_in_cells"] == pytest.approx(1, abs=1e-9)
+
+
+def test_a_cell_holds_what_counting_points_finds(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    bed = bed_of(60)
+    write(bed, tmp_path, cell_size=1.0)
+    image = pyvista.read(tmp_path / "fraction.vti")
+    assert image.dimensions == (4, 4, 4)
+    solid = image.cell_data["solid_fraction"].reshape(3, 3, 3, order="F")
+    assert np.allclose(image.cell_data["void_fraction"], 1 - image.cell_data["solid_fraction"])
+    # Overlapping spheres count twice in both, points of each sphere alone.
+    points = np.random.default_rng(0).uniform(0, 1, (20000, 3)) + np.array([1, 0, 2])
+    inside = sum(
+        (((points - x) ** 2).sum(axis=1) < r * r).mean()
+        for x, r in zip(bed.position, bed.radius, strict=True)
+    )
+    assert solid[1, 0, 2] == pytest.approx(inside, abs=0.015)
+
+
+def test_the_foam_field_is_in_the_order_of_block_mesh(tmp_path):
+    bed = make_bed([[2.5, 0.5, 0.5]], 0.4, box_container((0, 0, 0), (3, 2, 1)))
+    write(bed, tmp_path, cell_size=1.0)
+    values = foam_values(tmp_path)
+    assert len(values) == 6
+    assert np.flatnonzero(values < 1).tolist() == [2]  # x counts first
+    assert values[2] == pytest.approx(1 - SOLID * 0.4**3)
+    mesh = (tmp_path / "system" / "blockMeshDict").read_text()
+    assert "hex (0 1 2 3 4 5 6 7) (3 2 1)" in mesh
+    corners = [
+        tuple(map(float, line.strip(" ()").split())) for line in mesh.splitlines() if line.startswith("    (")
+    ]
+    assert corners == [(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0), (0, 0, 1), (3, 0, 1), (3, 2, 1), (0, 2, 1)]
+
+
+@pytest.mark.skipif(shutil.which("foamDictionary") is None, reason="OpenFOAM is not installed")
+def test_openfoam_reads_the_field(tmp_path):
+    write(bed_of(20), tmp_path)
+    environment = {"WM_PROJECT_DIR": "/usr/share/openfoam", **os.environ}
+    done = subprocess.run(
+        ["foamDictionary", "-entry", "dimensions", "0/voidfraction"], cwd=tmp_path, capture_output=True,
+        text=True, env=environment, check=False,
+    )  # fmt: skip
+    assert "[ 0 0 0 0 0 0 0 ]" in done.stdout
+    (tmp_path / "system" / "controlDict").write_text(
+        "FoamFile { version 2.0; format ascii; class dictionary; object controlDict; }\n"
+        "application none; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;\n"
+        "writeControl timeStep; writeInterval 1;\n"
+    )
+    done = subprocess.run(
+        ["blockMesh"], cwd=tmp_path, capture_output=True, text=True, env=environment, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"nCells: {len(foam_values(tmp_path))}" in done.stdout
+
+
+def mesh_of(kind):
+    """The box of three metres in hexahedra, each split where the kind asks for it; some are inside out."""
+    nodes = np.linspace(0, 3, 5)
+    grid = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(125).reshape(5, 5, 5)
+    low = number[:4, :4, :4].ravel()
+    hexahedra = low[:, None] + np.array([0, 25, 30, 5, 1, 26, 31, 6])
+    if kind == "hexahedron":
+        hexahedra[::3] = hexahedra[::3][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+        return grid, {kind: hexahedra}
+    wedges = np.concatenate((hexahedra[:, [0, 1, 2, 4, 5, 6]], hexahedra[:, [0, 2, 3, 4, 6, 7]]))
+    if kind == "wedge":
+        return grid, {kind: wedges}
+    tetrahedra = np.concatenate(
+        [wedges[:, list(each)] for each in ((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3))]
+    )
+    tetrahedra[::2] = tetrahedra[::2][:, [0, 2, 1, 3]]
+    if kind == "tetra":
+        return grid, {kind: tetrahedra}
+    return grid, {
+        "wedge": wedges[:64],
+        "tetra": tetrahedra[[each for start in (64, 192, 320) for each in range(start, start + 64)]],
+    }
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "wedge", "tetra", "mixed"])
+def test_on_a_users_mesh_the_sum_is_the_volume_of_the_spheres_too(tmp_path, kind):
+    import meshio
+
+    points, blocks = mesh_of(kind)
+    meshio.Mesh(points * 1000, list(blocks.items())).write(tmp_path / "mesh.vtu")
+    (tmp_path / "out").mkdir()
+    bed = bed_of(80)
+    sums = write(bed, tmp_path / "out", mesh=tmp_path / "mesh.vtu", scale=1e-3)
+    assert sums["share_in_cells"] == pytest.approx(1, abs=1e-9)
+    read = meshio.read(tmp_path / "out" / "fraction.vtu")
+    assert np.allclose(read.points, points)
+    solid = np.concatenate(read.cell_data["solid_fraction"])
+    assert np.allclose(foam_values(tmp_path / "out"), 1 - solid, rtol=1e-12, atol=1e-12)
+    assert solid.min() >= 0
+
+
+def test_a_mesh_that_cannot_serve_is_refused(tmp_path):
+    import meshio
+
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], dtype=float)
+    meshio.Mesh(points, [("pyramid", [[0, 1, 2, 3, 4]])]).write(tmp_path / "pyramid.vtu")
+    with pytest.raises(ExportError, match="has pyramid, expected hexahedron, wedge, tetra"):
+        write(bed_of(5), tmp_path, mesh=tmp_path / "pyramid.vtu")
+    for name in ("none.vtu", "none.unknown"):
+        with pytest.raises(ExportError, match=name):
+            write(bed_of(5), tmp_path, mesh=tmp_path / name)
+    with pytest.raises(ExportError, match="enlarge cell_size"):
+        write(bed_of(5), tmp_path, cell_size=1e-3)
