@@ -21,6 +21,7 @@ __all__ = ["Draw", "Supply"]
 
 BLOCK = 1024
 COUNT_LIMIT = 2**31 - 1
+QUANTILES = 1000
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,6 +53,7 @@ class Supply:
         asked: Number of spheres; None: until the zone is full.
         drawn_count: Number of different spheres handed out so far, or all where ``asked`` is known.
         mean_volume: Mean volume of a sphere [m3].
+        radius_by_volume: Mean radius, each sphere counted by its volume [m].
         radius_min: Smallest radius that will come [m].
         radius_max: Largest radius that will come [m].
     """
@@ -214,10 +216,15 @@ class Supply:
         """Keep the sizes that will come: those drawn, or those that the laws allow."""
         if draw is not None and len(draw.radius):
             self.mean_volume = float(UNIT_VOLUME * np.mean(draw.radius**3))
+            self.radius_by_volume = float(np.mean(draw.radius**4) / np.mean(draw.radius**3))
             self.radius_min, self.radius_max = float(draw.radius.min()), float(draw.radius.max())
             return
         used = [each for each, share in zip(self._sets, self._share, strict=True) if share > 0.0]
         self.mean_volume = float(self._share @ mean_weights("volume", self._sets))
+        level = (np.arange(QUANTILES) + 0.5) / QUANTILES
+        radius = np.stack([each.distribution.quantile(level) for each in used])
+        share = self._share[self._share > 0.0] @ np.stack([radius**4, radius**3], axis=1).mean(axis=2)
+        self.radius_by_volume = float(share[0] / share[1])
         self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)
 

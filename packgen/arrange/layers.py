@@ -14,8 +14,12 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from packgen.arrange.projection import Recipe, SettleStats, settle
 from packgen.arrange.region import ColumnMap, Region
 from packgen.arrange.spheres import Pile, Spheres, joined
+from packgen.arrange.starts import assign_starts
 from packgen.arrays import Float64Array
 from packgen.radii import Draw, Supply
+
+SPARE_STARTS = 3
+"""Start positions a sphere of broad sizes chooses from."""
 
 START_FRACTION = 0.6
 """Solid fraction at which a layer starts, already overlapping: that of the bed it will become."""
@@ -43,7 +47,7 @@ class LayerPlan:
 
     thickness: float = 2.0
     reopened: float = 1.5
-    buffer: float = 2.5
+    buffer: float = 1.0
 
 
 class LayerReport(Protocol):
@@ -117,10 +121,11 @@ class _Zone:
         self.region, self.supply, self.pile = region, supply, pile
         self.zone_index, self.recipe, self.plan = zone_index, recipe, plan
         self.rng, self.stats = rng, stats
-        self.diameter = 2.0 * supply.radius_reference
+        self.diameter = 2.0 * supply.radius_by_volume
+        self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
         self.level = self.base = region.floor
-        self.started = False
-        self.map = ColumnMap.over(region, self.diameter)
+        self.started = self.closing = False
+        self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
         self.buried_tops = np.full(self.map.count, -np.inf)
         self.roofed = np.zeros(self.map.count, bool)
 
@@ -128,10 +133,10 @@ class _Zone:
         """Add one layer; return (spheres gained, spheres thrown back, spheres that were to be placed)."""
         front = self.pile.front
         tops = self._surface(front)
-        start = self._starts(tops)
-        draw = self.supply.take(len(start))
-        start = start[: len(draw.radius)]
-        reopened = self._reopened(front, tops, start)
+        start, draw = self._assigned(self._starts(tops), front)
+        # Stragglers go on top of what is there: to move it again would throw as many back as it places.
+        reopened = self._reopened(front, tops, start) & (not self.closing)
+        self.closing = self.closing or self.supply.finished
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
@@ -145,6 +150,24 @@ class _Zone:
             self.base += 0.25 * self.diameter * failure(len(draw.radius))
         self._bury()
         return gained, len(thrown), len(draw.radius)
+
+    def _assigned(self, points: Float64Array, front: Spheres) -> tuple[Float64Array, Draw]:
+        """Take a sphere for each start position; of broad sizes large ones choose first [m], (n, 3)."""
+        if self.spare == 1:
+            draw = self.supply.take(len(points))
+            return points[: len(draw.radius)], draw
+        draw = self.supply.take(max(len(points) // self.spare, 1))
+        chosen, found = assign_starts(points, draw.radius, front.position, front.radius)
+        start, last = points[chosen[found]], self.supply.finished
+        self.supply.put_back(Draw(draw.radius[~found], draw.set_index[~found]))
+        draw = Draw(draw.radius[found], draw.set_index[found])
+        return (self._lifted(start, draw.radius) if last else start), draw
+
+    def _lifted(self, start: Float64Array, radius: Float64Array) -> Float64Array:
+        """Return start positions on the bed, not in it, where there is room above: for the last spheres."""
+        lifted = start + radius[:, None] * self.region.frame[2]
+        room = self.region.clearance(lifted, self.supply.radius_reference) > 0.0
+        return np.where(room[:, None], lifted, start)
 
     def _reopened(self, front: Spheres, tops: Float64Array, start: Float64Array) -> NDArray[np.bool_]:
         """Tell which spheres at rest move again: those of this zone just below the newcomers, (N,) bool."""
@@ -196,7 +219,7 @@ class _Zone:
         top = self.level + thickness
         low = max(float(tops.min()), self.level - thickness)
         least, most = region.rectangle()
-        density = START_FRACTION / self.supply.mean_volume
+        density = self.spare * START_FRACTION / self.supply.mean_volume
         count = int(self.rng.poisson(density * float(np.prod(most - least)) * (top - low)))
         points = self._open(region.sample(self.rng, count, low, top), tops)
         if len(points) == 0:
@@ -209,7 +232,7 @@ class _Zone:
         own = tops[self.map.index(points)]
         height = points @ region.frame[2] - own
         clearance = region.clearance(points, self.supply.radius_reference)
-        remaining = self.supply.remaining
+        remaining = None if self.supply.remaining is None else self.spare * self.supply.remaining
         # A full layer starts out to the walls; the last spheres start where there is room.
         close = -0.5 * self.supply.radius_reference
         if remaining is not None and remaining < len(points) and (clearance > 0.0).sum() > 2 * remaining:
@@ -217,7 +240,7 @@ class _Zone:
         open_space = (height >= 0.0) & (height <= 2.0 * thickness) & (clearance >= close)
         points, height = points[open_space], height[open_space]
         if remaining is not None and remaining < len(points):
-            points = points[np.argsort(height, kind="stable")[:remaining]]
+            points = points[np.sort(np.argsort(height, kind="stable")[:remaining])]
         return np.asarray(points)
 
     def _new(self, start: Float64Array, draw: Draw, batch: int) -> Spheres:

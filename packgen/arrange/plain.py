@@ -128,7 +128,11 @@ class PlainLayer:
         _, _, overlap, smaller = self._pair_depths(scale)
         deep = overlap > 0.0
         first, second, depth = first[deep], second[deep], (overlap / smaller)[deep]
-        blamed = torch.where((second < moving) & (height[second] > height[first]), second, first)
+        # A small sphere finds another place more easily than a large one.
+        size_first, size_second = self.ball[first, 3], self.ball[second, 3]
+        takes_second = (size_second < 0.6 * size_first) | (height[second] > height[first])
+        takes_second &= (second < moving) & ~(size_first < 0.6 * size_second)
+        blamed = torch.where(takes_second, second, first)
         blame.scatter_reduce_(0, blamed, depth, "amax")
         for sphere, feature in self.wall_ranks:
             radius = scale * self.ball[sphere, 3]

@@ -190,6 +190,8 @@ def fill_list(
         for octave in range(own, -1, -1):
             if fixed_owner and octave == own:
                 continue
+            if start_moving[first[octave]] == start_moving[first[octave + 1]] and fixed_owner:
+                continue
             nx, ny, nz = cells[octave, 0], cells[octave, 1], cells[octave, 2]
             inverse = 1.0 / size[octave]
             cx = int((ball[i, 0] - box[0]) * inverse)
@@ -201,6 +203,8 @@ def fill_list(
             # Within a level half of the neighbouring cells will do: the other half owns the pair.
             for dz in range(cz if octave == own else z_low, z_high + 1):
                 plane = first[octave] + dz * ny * nx
+                if start_moving[plane] == start_moving[plane + ny * nx]:
+                    continue
                 for dy in range(cy if octave == own and dz == cz else y_low, y_high + 1):
                     row = plane + dy * nx
                     low, high = start_moving[row + x_low], start_moving[row + x_high + 1]

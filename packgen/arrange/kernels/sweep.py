@@ -243,7 +243,7 @@ def sphere_overlaps(
     height: NDArray[np.float64],
     overlap: NDArray[np.float64],
 ) -> float:
-    """Blame each overlap on one moving sphere: the higher of a pair, the one in the wall.
+    """Blame each overlap on one moving sphere: the smaller of a pair, else the higher; the one in the wall.
 
     Args:
         ball: Centres and arranged radii [m], shape (N, 4).
@@ -279,8 +279,10 @@ def sphere_overlaps(
                 depth = (reach - math.sqrt(square)) / min(radius, other)
                 worst = max(worst, depth)
                 blamed = i
-                if i >= moving or (j < moving and height[j] > height[i]):
+                if i >= moving or (j < moving and (other < 0.6 * radius or height[j] > height[i])):
                     blamed = j
+                if i < moving and radius < 0.6 * other:
+                    blamed = i
                 overlap[blamed] = max(overlap[blamed], depth)
     for i in range(moving):
         radius = scale * ball[i, 3]
