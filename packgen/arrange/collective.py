@@ -75,7 +75,9 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
     placed, batch = len(pile), first_batch
     for gap in (recipe.gap, 0.0):
         recipe = replace(recipe, gap=gap)
-        batch = fill_in_layers(region, zone.supply, pile, zone.index, recipe, plan, task.rng, on_layer, batch)
+        batch = fill_in_layers(
+            region, zone.supply, pile, zone.index, recipe, plan, task.rng, on_layer, batch, device=task.device
+        )
         if len(pile) > placed:
             break
         # Walls as far apart as a sphere is wide leave no room for the gap that spheres are arranged with.

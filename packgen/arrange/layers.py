@@ -68,6 +68,7 @@ def fill_in_layers(
     on_layer: LayerReport,
     first_batch: int = 0,
     stats: SettleStats | None = None,
+    device: str = "cpu",
 ) -> int:
     """Fill a region until the supply is finished or nothing more fits.
 
@@ -82,12 +83,13 @@ def fill_in_layers(
         on_layer: Called after each layer.
         first_batch: Number of the first layer.
         stats: Counters to add to.
+        device: Where the sweeps run; see ``projection.settle``.
 
     Returns:
         Number of the next batch.
     """
     stats = stats if stats is not None else SettleStats()
-    loop = _Zone(region, supply, pile, zone_index, recipe, plan, rng, stats)
+    loop = _Zone(region, supply, pile, zone_index, recipe, plan, rng, stats, device)
     batch, stalled, thrown_back = first_batch, 0.0, 0
     while not supply.finished and stalled < STALLED_MAX and loop.base < region.ceiling:
         gained, back, tried = loop.add_layer(batch)
@@ -117,10 +119,11 @@ class _Zone:
         plan: LayerPlan,
         rng: np.random.Generator,
         stats: SettleStats,
+        device: str,
     ) -> None:
         self.region, self.supply, self.pile = region, supply, pile
         self.zone_index, self.recipe, self.plan = zone_index, recipe, plan
-        self.rng, self.stats = rng, stats
+        self.rng, self.stats, self.device = rng, stats, device
         self.diameter = 2.0 * supply.radius_by_volume
         self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
         self.level = self.base = region.floor
@@ -184,7 +187,13 @@ class _Zone:
         ball[: len(moving), :3], ball[len(moving) :, :3] = moving.position, fixed.position
         ball[: len(moving), 3], ball[len(moving) :, 3] = moving.radius, fixed.radius
         position, kept = settle(
-            ball, len(moving), self.region.walls, self.region.down, self.recipe, self.stats
+            ball,
+            len(moving),
+            self.region.walls,
+            self.region.down,
+            self.recipe,
+            self.stats,
+            device=self.device,
         )
         bottom = position @ self.region.frame[2] - moving.radius
         # What slipped down to the buried spheres could overlap one of them unseen.

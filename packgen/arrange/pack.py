@@ -87,6 +87,7 @@ def pack(
         PackingError: Nothing can be placed.
         GeometryError: A location cannot be read.
     """
+    _check_device(device)
     algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
     seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
     zones = []
@@ -115,6 +116,17 @@ def pack(
         for zone in zones
     )
     return PackResult(_bed(scene, container, spheres), results)
+
+
+def _check_device(device: str) -> None:
+    if device in {"cpu", "torch"}:
+        return
+    import torch
+
+    if not torch.cuda.is_available():
+        raise PackingError(
+            f"--device {device}: torch finds no such device; leave --device out to use the CPU"
+        )
 
 
 def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:

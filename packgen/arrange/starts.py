@@ -12,11 +12,6 @@ APART = 0.9
 """Large spheres start at least this fraction of the sum of their radii apart, as long as there is room."""
 
 
-def is_broad(radius: Float64Array) -> bool:
-    """Tell whether some spheres are more than twice as large as the smallest: then it matters who starts where."""
-    return len(radius) > 1 and float(radius.max()) > 2.0 * float(radius.min())
-
-
 def assign_starts(
     points: Float64Array, radius: Float64Array, position_fixed: Float64Array, radius_fixed: Float64Array
 ) -> tuple[Int64Array, NDArray[np.bool_]]:
