@@ -112,7 +112,9 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
     skin = 0.5 * radius_min
     bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
     moduli = [each.youngs_modulus for each in types.materials]
-    by_size = radius_max > particulate.NEIGHBOR_BY_SIZE_RATIO * radius_min
+    mesh = _mesh_values(facets, options) if facets is not None and primitives is None else None
+    # LIGGGHTS refuses "multi" beside walls of triangles.
+    by_size = radius_max > particulate.NEIGHBOR_BY_SIZE_RATIO * radius_min and mesh is None
     return values | {
         "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
         "sort": bins <= SORT_BINS_MAX,
@@ -128,7 +130,7 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
         "rolling": any(each.rolling_friction > 0 for each in types.materials),
         "dumps": options.dumps,
         "primitives": primitives or (),
-        "mesh": _mesh_values(facets, options) if facets is not None and primitives is None else None,
+        "mesh": mesh,
         "wall_folder": "",
     }
 

@@ -125,6 +125,18 @@ def test_liggghts_runs_the_deck_unedited(tmp_path, changes, walls):
 
 @needs_liggghts
 @pytest.mark.solver
+@pytest.mark.parametrize("walls", ["auto", "mesh"])
+def test_liggghts_runs_a_wide_range_of_sizes(tmp_path, walls):
+    bed = lattice()
+    radius = bed.radius.copy()
+    radius[::2] /= 5
+    text = write(make_bed(bed.position, radius, bed.container), tmp_path, walls=walls, steps=20)
+    assert (" multi\n" in text) is (walls == "auto")
+    run(tmp_path)
+
+
+@needs_liggghts
+@pytest.mark.solver
 def test_liggghts_runs_a_periodic_box_without_walls_on_the_wrapped_sides(tmp_path):
     bed = make_bed(
         np.array([[0.1, 0.5, 0.5], [1.9, 0.5, 0.5]]) * RADIUS * 4, RADIUS,
