@@ -40,10 +40,10 @@ class Recipe:
     """
 
     gap: float = 2.0e-4
-    sink_sweeps: int = 100
-    sink_first: float = 0.02
+    sink_sweeps: int = 150
+    sink_first: float = 0.015
     sink_last: float = 5.0e-5
-    momentum: float = 0.85
+    momentum: float = 0.9
     relaxation: float = 1.0
     stride: float = 0.2
     skin_first: float = 0.8
