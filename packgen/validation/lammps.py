@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import Bed, Polyhedron
 from packgen.validation.contacts import Contacts
 from packgen.validation.convex_walls import convex_contacts
 from packgen.validation.dump import read_dump
 from packgen.validation.lammps_family import Dialect, FirstForces
 from packgen.validation.lammps_family import measure as measure_family
 
+PLANES_AS_A_STEP = 20  # planes that cost as much as the rest of a step; measured
 # Without "cutoff radius" in both, the two computes list different pairs.
 CONTACTS = """\
 compute packgen_ids all property/local patom1 patom2 cutoff radius
@@ -23,6 +24,12 @@ dump packgen_pairs all local 1 packgen_pairs.dump c_packgen_ids[1] c_packgen_ids
   c_packgen_pairs[1] c_packgen_pairs[2] c_packgen_pairs[3] c_packgen_pairs[4]
 dump_modify packgen_pairs format line "%.0f %.0f %.17g %.17g %.17g %.17g"
 """
+
+
+def budget_share(bed: Bed) -> float:
+    """Return the share of the work budget: LAMMPS asks every plane of a polyhedron for every sphere."""
+    shape = bed.container.shape
+    return 1 / (1 + len(shape.offset) / PLANES_AS_A_STEP) if isinstance(shape, Polyhedron) else 1.0
 
 
 def _contact_input(_deck: str) -> str:
@@ -46,5 +53,6 @@ DIALECT = Dialect(
     version=r"LAMMPS \([^)]*\)",
     contact_input=_contact_input,
     read_contacts=_read_contacts,
+    budget_share=budget_share,
 )
 measure = partial(measure_family, DIALECT)

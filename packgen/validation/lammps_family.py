@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +65,8 @@ class Dialect:
         contact_input: Returns the lines that dump the contacts of the deck with this text.
         read_contacts: Returns the contacts at step 0 from the dumps in a folder; arguments: the bed, the
             folder, and the forces on the spheres without their weight [N], shape (N, 3).
+        budget_share: Returns the share of the work budget that the gravity run of a bed gets: what a step of
+            LIGGGHTS costs, as a fraction of what this solver's costs.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Dialect:
     version: str
     contact_input: Callable[[str], str]
     read_contacts: Callable[[Bed, Path, Float64Array], FirstForces]
+    budget_share: Callable[[Bed], float] = lambda _bed: 1.0
 
 
 def measure(
@@ -133,7 +136,8 @@ def _run_gravity(
     timestep: float,
     on_share: Callable[[float], None],
 ) -> Trajectory:
-    wanted, steps = steps_wanted(bed, limits, timestep)
+    allowed = replace(limits, work_budget=dialect.budget_share(bed) * limits.work_budget)
+    wanted, steps = steps_wanted(bed, allowed, timestep)
     samples: list[tuple[float, float]] = []
 
     def on_line(line: str) -> None:
