@@ -49,9 +49,8 @@ def liggghts_version() -> str | None:
     executable = shutil.which("liggghts")
     if executable is None:
         return None
-    run = subprocess.run(
-        [executable], input="", capture_output=True, text=True, check=False, errors="replace"
-    )
+    command = [executable, "-log", "none"]  # it would leave a log in the current folder
+    run = subprocess.run(command, input="", capture_output=True, text=True, check=False, errors="replace")
     found = re.search(r"LIGGGHTS-\S+ [\d.]+", run.stdout)
     return found.group() if found else "unknown version"
 

@@ -47,6 +47,12 @@ LARGE_ACROSS = 8.0  # large radii across the column of two sizes
 SERIES = ("spheres", "layer", "threads", "sizes", "busy", "first run")
 
 
+SAME = ("series", "label", "value", "core_density", "overlap_max")  # in every round
+MEASURED = (
+    "spheres", "seconds", "seconds_in_all", "microseconds_a_sphere", "peak_memory_MB", "memory_before_MB",
+)  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True)
 class Point:
     """A point of a curve.
@@ -125,7 +131,7 @@ def _sizes(plan: Plan) -> Iterator[Point]:
         scene = column_document(plan.spheres, seed=plan.seed, width=plan.width, sizes=law)
         yield Point("sizes", f"lognormal, sigma {SIGMA:g}", 1, scene)
     if "two sizes" in plan.sizes:
-        yield Point("sizes", f"two sizes 1:{SIZE_RATIO:g}", 2, two_sizes(plan.spheres, plan.seed))
+        yield Point("sizes", f"two sizes 1:{SIZE_RATIO:g}", 2, two_sizes(3 * plan.spheres, plan.seed))
 
 
 def two_sizes(spheres: int, seed: int) -> dict[str, Any]:
@@ -224,12 +230,8 @@ def medians(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     result = []
     for runs in grouped.values():
         first = runs[0]
-        middle = {
-            name: first.get(name) for name in ("series", "label", "value", "core_density", "overlap_max")
-        }
-        for name in (
-            "spheres", "seconds", "seconds_in_all", "microseconds_a_sphere", "peak_memory_MB", "memory_before_MB",
-        ):  # fmt: skip
+        middle = {name: first.get(name) for name in SAME}
+        for name in MEASURED:
             middle[name] = median(run[name] for run in runs)
         times = [run["microseconds_a_sphere"] for run in runs]
         beds = {run["bed"] for run in runs}
@@ -329,14 +331,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     notes = (
         *lines,
         "",
-        "Medians over the rounds; every point a process of its own. Time: the arrangement alone; first run and",
-        "second: see the difference above, program start and loading of the libraries included.",
+        "Medians over the rounds; every point a process of its own. Time: the arrangement alone. First and",
+        "second run are counted from the start of the program, the loading of libraries included.",
         "Peak memory of the whole process, libraries included.",
         "Bed: digest of the positions.",
     )
-    title = (
-        f"Scaling of the arrangement: column {options.width:g} m by {options.width:g} m, radius {RADIUS:g} m"
-    )
+    column = f"column {options.width:g} m by {options.width:g} m, radius {RADIUS:g} m"
+    title = f"Scaling of the arrangement: {column}"
     output.write_text(stem.with_suffix(".txt"), title, facts, [table], notes)
     scaling_plot.draw(summary, facts, stem.with_suffix(".png"))
     print("\n".join(["", table, "", *lines, "", f"written to {options.out}"]))

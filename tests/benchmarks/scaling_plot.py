@@ -1,7 +1,8 @@
-"""The plot of the scaling curves: cost a sphere and memory over spheres, layers, threads, and in hard cases."""
+"""The plot of the scaling curves: cost a sphere over spheres, layers and threads, memory, and hard cases."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,14 +40,15 @@ def draw(summary: Rows, facts: Mapping[str, str], path: Path) -> None:
     output.save_figure(figure, path, facts)
 
 
-def _curve(axes: Any, rows: Rows, color: str = BLUE) -> None:
+def _curve(axes: Any, series: Rows, color: str = BLUE) -> None:
     """Draw the cost over the value of each point, with the range over the rounds."""
+    rows = [row for row in series if not math.isnan(row["value"])]
     x = [row["value"] for row in rows]
     y = [row["microseconds_a_sphere"] for row in rows]
     low = [cost - row["fastest"] for cost, row in zip(y, rows, strict=True)]
     high = [row["slowest"] - cost for cost, row in zip(y, rows, strict=True)]
     axes.errorbar(x, y, yerr=(low, high), color=color, marker="o", markersize=5, linewidth=1.4, capsize=2)
-    axes.set_ylim(0.0, 1.2 * max(row["slowest"] for row in rows))
+    axes.set_ylim(0.0, 1.2 * max(row["slowest"] for row in series))
     axes.set_ylabel(COST)
 
 
@@ -82,8 +84,8 @@ def _count_ticks(axes: Any) -> None:
 
 
 def _layer(axes: Any, rows: Rows) -> None:
-    given = [row for row in rows if row["value"] == row["value"]]
-    _curve(axes, given)
+    given = [row for row in rows if not math.isnan(row["value"])]
+    _curve(axes, rows)
     _choice(axes, rows)
     axes.set_xlabel("thickness of a layer [diameters]")
     axes.set_xlim(left=0.0)
@@ -107,7 +109,7 @@ def _layer(axes: Any, rows: Rows) -> None:
 def _choice(axes: Any, rows: Rows) -> None:
     """Mark packgen's own choice by a line across."""
     for row in rows:
-        if row["value"] != row["value"]:
+        if math.isnan(row["value"]):
             axes.axhline(row["microseconds_a_sphere"], color=ORANGE, linewidth=1.2, linestyle=(0, (4, 3)))
             axes.annotate(
                 row["label"], (0.02, row["microseconds_a_sphere"]), xycoords=("axes fraction", "data"),
@@ -118,7 +120,7 @@ def _choice(axes: Any, rows: Rows) -> None:
 def _threads(axes: Any, rows: Rows) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    _curve(axes, [row for row in rows if row["value"] == row["value"]])
+    _curve(axes, rows)
     _choice(axes, rows)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("threads")

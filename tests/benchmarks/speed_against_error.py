@@ -179,7 +179,7 @@ def make_cases(
 def run_rounds(cases: Sequence[Case], repeats: int, seed: int) -> list[dict[str, Any]]:
     """Run every case once a round; return a row a run."""
     for optimizer in {case.method for case in cases} & {"projection", "adam"}:
-        packgen_case(optimizer, 1e-2, 200, 0.5).run(seed)  # compiles
+        packgen_case(optimizer, 1e-2, 30, 0.3).run(seed)  # compiles
     rows = []
     for number in range(repeats):
         for case in cases:

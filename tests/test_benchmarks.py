@@ -1,0 +1,233 @@
+"""The benchmarks' measures against closed forms, and each script end to end at a tiny size."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from packgen.check import check_bed
+from tests.beds import box_container, make_bed
+
+BENCHMARKS = Path(__file__).resolve().parent / "benchmarks"
+sys.path.append(str(BENCHMARKS))  # the scripts' own helpers, as the scripts themselves find them
+columns = importlib.import_module("columns")
+homogeneity = importlib.import_module("homogeneity")
+pour = importlib.import_module("pour")
+quality = importlib.import_module("quality")
+scaling = importlib.import_module("scaling")
+speed_against_error = importlib.import_module("speed_against_error")
+settled = importlib.import_module("settled")
+
+needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+
+
+def run(script: str, folder: Path, *options: str) -> tuple[list[dict[str, str]], str]:
+    """Run a script from an empty folder; return the rows of its CSV and its table."""
+    (folder / "elsewhere").mkdir()
+    command = [sys.executable, str(BENCHMARKS / f"{script}.py"), "--out", str(folder / "out"), *options]
+    done = subprocess.run(command, cwd=folder / "elsewhere", capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert list((folder / "elsewhere").iterdir()) == []
+    names = {path.name for path in (folder / "out").iterdir()}
+    assert names == {f"{script}.csv", f"{script}.txt", f"{script}.png"}
+    assert (folder / "out" / f"{script}.png").read_bytes().startswith(b"\x89PNG")
+    with (folder / "out" / f"{script}.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return rows, (folder / "out" / f"{script}.txt").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_speed_against_error_measures_each_method_at_each_setting(tmp_path):
+    rows, text = run(
+        "speed_against_error", tmp_path, "--methods", "projection", "adam", "the paper's", "--spheres", "60",
+        "--spheres-slow", "20", "--width", "0.3", "--repeats", "1", "--tolerances", "1e-6",
+    )  # fmt: skip
+    cases = [(row["method"], row["setting"]) for row in rows]
+    assert len(cases) == len(set(cases)) == 3
+    assert all(row["spheres"] == row["asked"] for row in rows)
+    assert all(float(row["microseconds_a_sphere"]) > 0 for row in rows)
+    limits = {"tolerance 1e-06": 1e-6, "all pairs": 0.2}
+    assert all(float(row["overlap_max"]) <= limits[row["setting"]] for row in rows)
+    assert "step-0 force" in text
+    assert "cpu: " in text
+
+
+def test_the_methods_take_turns_and_the_table_holds_their_medians(capsys):
+    asked = []
+    seconds = iter([1e-3, 5e-3, 3e-3, 5e-3, 2e-3, 5e-3])
+    bed = make_bed([[1, 1, 1], [1, 1, 2.9]], 1.0, box_container((0, 0, 0), (2, 2, 4)))
+
+    def case(name):
+        def run_case(seed):
+            asked.append((name, seed))
+            return speed_against_error.Outcome(bed, next(seconds))
+
+        return speed_against_error.Case(name, "once", 2, run_case)
+
+    rows = speed_against_error.run_rounds([case("one"), case("other")], repeats=3, seed=5)
+    assert asked == [("one", 5), ("other", 5), ("one", 6), ("other", 6), ("one", 7), ("other", 7)]
+    one, other = speed_against_error.medians(rows)
+    assert one["microseconds_a_sphere"] == pytest.approx(1000)
+    assert (one["fastest"], one["slowest"]) == pytest.approx((500, 1500))
+    assert other["microseconds_a_sphere"] == pytest.approx(2500)
+    assert one["overlap_max"] == one["overlap_mean"] == pytest.approx(0.1)
+
+
+@needs_liggghts
+@pytest.mark.solver
+def test_liggghts_pours_a_bed_that_overlaps_less_the_stiffer_it_is():
+    found = {}
+    for modulus in speed_against_error.LIGGGHTS_MODULI:
+        poured = pour.pour(40, width=0.25, radius=0.03, youngs_modulus=modulus, seed=0)
+        bed = columns.bed_of(poured.position, poured.radius, width=0.25, height=poured.height)
+        found[modulus] = quality.quality(bed)
+        assert (bed.count, found[modulus].outside) == (40, 0)
+    soft, stiff = found.values()
+    assert 1e-4 < stiff.overlap_max < soft.overlap_max < 0.2
+    assert stiff.overlap_mean < stiff.overlap_max
+
+
+@pytest.mark.slow
+def test_scaling_measures_each_point_in_a_process_of_its_own(tmp_path):
+    rows, text = run(
+        "scaling", tmp_path, "--series", "busy", "--spheres", "50",
+        "--width", "0.3", "--repeats", "1",
+    )  # fmt: skip
+    assert [row["label"] for row in rows] == ["idle machine", "one core busy"]
+    assert len({row["bed"] for row in rows}) == 1
+    assert all(float(row["peak_memory_MB"]) >= float(row["memory_before_MB"]) > 10 for row in rows)
+    assert "time with one core busy to idle: " in text
+
+
+def test_scaling_says_the_ratios_and_whether_the_beds_depend_on_the_threads():
+    def row(series, label, cost, seconds=1.0, bed="same"):
+        return {
+            "series": series, "label": label, "microseconds_a_sphere": cost, "seconds_in_all": seconds,
+            "bed": bed,
+        }  # fmt: skip
+
+    rows = [
+        row("spheres", "50,000", 20.0),
+        row("spheres", "1,000,000", 25.0),
+        row("first run", "first", 1.0, 14.0),
+        row("first run", "second", 1.0, 2.5),
+        row("threads", "1", 20.0),
+        row("threads", "2", 20.0),
+    ]
+    assert scaling.verdicts(rows) == [
+        "cost a sphere, 1,000,000 to 50,000 spheres: 1.25",
+        "first run takes longer than the second by: 11.5 s",
+        "beds for different numbers of threads: the same",
+    ]
+    rows[-1]["bed"] = "another"
+    assert scaling.verdicts(rows)[-1].endswith("DIFFERENT")
+
+
+def test_two_sizes_have_the_mass_share_and_the_mean_volume_that_are_said():
+    from packgen.radii import Supply
+
+    scene, container = columns.read_scene(scaling.two_sizes(40_000, 0))
+    supply = Supply(scene.zones[0], scene.particle_sets, np.random.default_rng(0))
+    radius = supply.take(40_000).radius
+    small = radius < 0.01
+    assert (radius[small] ** 3).sum() / (radius**3).sum() == pytest.approx(0.3, abs=0.02)
+    solid = 4 / 3 * np.pi * (radius**3).sum()
+    assert solid / container.volume < columns.LOOSEST
+
+
+@needs_liggghts
+@pytest.mark.solver
+@pytest.mark.slow
+def test_bed_quality_judges_the_bed_and_its_mark(tmp_path):
+    rows, text = run(
+        "bed_quality", tmp_path, "--beds", "1", "--spheres", "60", "--free-fall-times", "0.5",
+        "--columns", "1", "--column-spheres", "600",
+        "--poured", "1", "--poured-spheres", "60", "--width", "0.3",
+    )  # fmt: skip
+    moved = {row["bed"]: row for row in rows if row["part"] == "displacement"}
+    assert set(moved) == {"packgen", "the mark"}
+    assert all(float(row["force_max"]) < 1e-6 and row["lost"] == "0" for row in moved.values())
+    assert 0.0 < float(moved["the mark"]["mean_trim"]) < 0.01
+    columns = {row["bed"]: row for row in rows if row["part"] == "homogeneity"}
+    assert set(columns) == {"packgen", "LIGGGHTS"}
+    assert 1.0 < float(columns["packgen"]["period_diameters"]) < 3.0
+    assert "ratio" in text
+
+
+@pytest.mark.parametrize("script", ["speed_against_error", "scaling", "bed_quality"])
+def test_every_script_explains_itself(script, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        importlib.import_module(script).main(["--help"])
+    assert f"python tests/benchmarks/{script}.py --out DIR" in capsys.readouterr().out
+
+
+def test_slices_cut_circles_of_the_exact_area():
+    bed = make_bed([[1, 1, 1.3], [3, 1, 1.9]], [1.0, 0.5], box_container((0, 0, 0), (4, 2, 4)))
+    height = np.linspace(0.0, 4.0, 4001)
+    fraction = homogeneity.slice_fractions(bed, height)
+    at = {level: fraction[round(1000 * level)] for level in (1.3, 1.9, 0.7, 2.5)}
+    assert at[1.3] == pytest.approx(np.pi / 8)
+    assert at[1.9] == pytest.approx(np.pi * (1 - 0.36 + 0.25) / 8)
+    assert at[0.7] == pytest.approx(np.pi * 0.64 / 8)
+    assert at[2.5] == 0.0
+    volume = 8.0 * fraction.sum() * 1e-3
+    assert volume == pytest.approx(4 / 3 * np.pi * 1.125, rel=1e-5)
+
+
+def test_a_planted_wave_is_found_at_its_period_and_nowhere_else():
+    height = np.linspace(0.0, 10.0, 5000)
+    fraction = 0.6 + 0.001 * height + 0.007 * np.cos(2 * np.pi * height / 0.4 + 1.0)
+    found = homogeneity.amplitude_at(height, fraction, np.array([0.4, 0.5, 0.3]))
+    assert found[0] == pytest.approx(0.007, rel=1e-3)
+    assert found[1:].max() < 1e-4
+
+
+def test_the_layer_period_is_the_rise_of_the_layers():
+    rng = np.random.default_rng(0)
+    layer = np.repeat(np.arange(30), 200)
+    position = np.column_stack([*rng.random((2, 6000)), 0.1 * layer + 0.1 * rng.random(6000)])
+    bed = make_bed(position, 0.01, box_container((0, 0, 0), (1, 1, 4)), batch_index=layer.astype(np.int32))
+    assert homogeneity.layer_period(bed) == pytest.approx(0.1, rel=1e-2)
+
+
+def test_dense_crystals_are_crystalline_also_at_their_walls_and_random_points_are_not():
+    steps = np.arange(8)
+    cubic = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    dense = cubic[cubic.sum(axis=1) % 2 == 0] / np.sqrt(2.0)  # face-centred cubic, spheres of diameter 1
+    crystal = homogeneity.crystalline(dense, 1.0)
+    inner = ((dense > 0.5) & (dense < 4.5)).all(axis=1)
+    face = (np.abs(dense[:, 2]) < 0.1) & ((dense[:, :2] > 1.2) & (dense[:, :2] < 3.8)).all(axis=1)
+    assert inner.sum() > 50
+    assert face.sum() > 4
+    assert crystal[inner].all()
+    assert crystal[face].all() or not crystal[face].any()  # a square face has eight neighbours, all alike
+    assert homogeneity.crystalline(np.random.default_rng(1).random((3000, 3)) * 13, 1.0).mean() < 0.02
+    turned = dense @ np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    assert np.array_equal(homogeneity.crystalline(turned, 1.0), crystal)
+
+
+def test_a_trimmed_bed_touches_and_overlaps_nothing_and_is_smaller_by_no_more_than_its_overlaps():
+    rng = np.random.default_rng(3)
+    bed = make_bed(1.0 + 4.0 * rng.random((60, 3)), 0.6, box_container((0.5, 0.5, 0.5), (5.5, 5.5, 5.5)))
+    smaller = settled.trimmed(bed)
+    before, after = check_bed(bed), check_bed(replace(smaller, tolerance=0.0))
+    assert before.overlap_max > 0.1
+    assert after.overlap_max == after.wall_overlap_max == 0.0
+    assert (smaller.radius > 0).all()
+    assert (smaller.radius <= bed.radius).all()
+    free = np.setdiff1d(np.arange(60), np.concatenate(settled._contacts(bed)[:2]))
+    inside = ((bed.position > 1.1) & (bed.position < 4.9)).all(axis=1)
+    assert smaller.radius[free[inside[free]]] == pytest.approx(0.6, rel=1e-9)
+
+
+def test_the_seeds_that_liggghts_takes_are_different_primes():
+    found = pour.primes_above(10_000, 3)
+    assert found == [10007, 10009, 10037]
