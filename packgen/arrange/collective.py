@@ -48,7 +48,10 @@ def arrange(task: Task) -> Spheres:
     for zone in task.zones:
         if zone.supply.finished:
             continue
-        region = make_region(task.container, zone.locations, task.down, zone.supply.radius_max, zone.place)
+        supply = zone.supply
+        region = make_region(
+            task.container, zone.locations, task.down, supply.radius_max, zone.place, supply.radius_min
+        )
         pile.unearth()
         fill = _fill_with_adam if task.settings.optimizer == "adam" else _fill_with_projection
         batch = fill(task, zone, region, pile, batch)
@@ -167,6 +170,7 @@ def _end_game(region: Region, recipe: Recipe) -> Finish:
         settled, kept = settle(
             np.concatenate(spheres), len(radius), region.walls, region.down, recipe, sink=False
         )
+        kept &= region.holds(settled)
         return torch.as_tensor(kept, device=radius.device), position.new_tensor(settled)
 
     return finish

@@ -198,6 +198,7 @@ class _Zone:
         bottom = position @ self.region.frame[2] - moving.radius
         # What slipped down to the buried spheres could overlap one of them unseen.
         kept &= bottom > self._nearby(self.buried_tops, maximum_filter)[self.map.index(position)]
+        kept &= self.region.holds(position)
         settled = Spheres(position, moving.radius, moving.set_index, moving.zone_index, moving.batch_index)
         return settled[kept], settled[~kept]
 

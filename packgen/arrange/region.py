@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from packgen.arrange.inside import InsideMap
 from packgen.arrange.walls import WallTable, least_gap, wall_table
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
-from packgen.geometry import Ball, Box, Cone, Container, Shape, Slice
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Shape, Slice
 
 COLUMNS_MAX = 4_000_000
 
@@ -26,6 +27,7 @@ class Region:
         frame: Unit vectors across and against gravity: rows u, v, up, shape (3, 3).
         floor: Lowest altitude (distance along up) [m].
         ceiling: Highest altitude [m].
+        sides: Which side of its meshes a point is on; None: no mesh bounds it, gaps alone tell.
     """
 
     walls: WallTable
@@ -33,6 +35,7 @@ class Region:
     frame: Float64Array
     floor: float
     ceiling: float
+    sides: InsideMap | None = None
 
     @property
     def down(self) -> Float64Array:
@@ -46,7 +49,15 @@ class Region:
             np.ascontiguousarray(position), radius, walls.kind, walls.row, walls.map_origin, walls.map_size,
             walls.map_cells, walls.map_start, walls.map_item,
         )  # fmt: skip
+        if self.sides is not None:
+            gap[~self.sides.inside(position, walls)] = -np.inf
         return gap
+
+    def holds(self, position: Float64Array) -> NDArray[np.bool_]:
+        """Tell which centres are on the inner side of every mesh, shape (N,); gaps do not tell sides."""
+        if self.sides is None:
+            return np.ones(len(position), bool)
+        return self.sides.inside(position, self.walls)
 
     def rectangle(self) -> tuple[Float64Array, Float64Array]:
         """Return lower and upper corner of the region's shadow along gravity, in u and v [m], each (2,)."""
@@ -89,6 +100,7 @@ def make_region(
     down: Float64Array,
     radius_max: float,
     place: str,
+    radius_min: float | None = None,
 ) -> Region:
     """Return the region inside the container and all locations.
 
@@ -98,6 +110,7 @@ def make_region(
         down: Unit vector along which things fall, shape (3,).
         radius_max: Largest radius that will be placed [m].
         place: Where the scene names the zone, for messages.
+        radius_min: Smallest radius that will be placed [m]; None: the largest.
 
     Returns:
         The region.
@@ -124,7 +137,9 @@ def make_region(
                 floor, ceiling = max(floor, ends[0]), min(ceiling, ends[1])
     if floor >= ceiling:
         raise PackingError(f"{place}: the slice lies outside the container; move it inside")
-    return Region(walls, bounds, frame, floor, ceiling)
+    meshes = [each.surface for each in (container.shape, *locations) if isinstance(each, Mesh)]
+    sides = InsideMap.over(meshes, bounds, radius_min or radius_max) if meshes else None
+    return Region(walls, bounds, frame, floor, ceiling, sides)
 
 
 def shape_bounds(shape: Shape | Slice) -> tuple[Float64Array, Float64Array]:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from packgen.arrange.kernels.inside import map_triangles, merged_maps
 from packgen.arrange.kernels.walls import (
     BALL,
     CENTER_PLANE,
@@ -19,13 +20,14 @@ from packgen.arrange.kernels.walls import (
     wall_gap,
 )
 from packgen.arrays import Float64Array, Int32Array, Int64Array
-from packgen.geometry import Ball, Box, Cone, Polyhedron, Shape, Slice, Surface
+from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 
 MAP_CELLS_MAX = 300_000
+MESH_MAP_CELLS_MAX = 4_000_000
 BLOCK = 8
 HALF_DIAGONAL = 0.5 * 3.0**0.5
 
-MAP_REACH = 1.7
+MAP_REACH = 1.5
 """Reach of the map in largest radii: a sphere, its gap, and half of the widest skin."""
 
 
@@ -41,6 +43,7 @@ class WallTable:
         map_cells: Its cells along each axis, shape (3,), int64.
         map_start: First entry of each cell, int32.
         map_item: Features near each cell, int32.
+        reach: Every feature closer than this to a point is listed in the point's cell [m].
     """
 
     kind: NDArray[np.int8]
@@ -50,6 +53,7 @@ class WallTable:
     map_cells: Int64Array
     map_start: Int32Array
     map_item: Int32Array
+    reach: float
 
 
 def wall_table(
@@ -69,23 +73,48 @@ def wall_table(
     Returns:
         The table.
     """
-    features = [each for shape in shapes for each in _features(shape, periodic)]
-    kind = np.array([each[0] for each in features], dtype=np.int8)
-    row = np.zeros((len(features), FEATURE_WIDTH))
-    for index, (_, numbers) in enumerate(features):
-        row[index, : len(numbers)] = numbers
-    origin, size, cells = _map_grid(bounds, radius_max)
-    start, item = map_features(kind, row, origin, size, cells, MAP_REACH * radius_max)
-    return WallTable(kind, row, origin, size, cells, start, item)
+    parts = [_features(shape, periodic) for shape in shapes]
+    kind = np.concatenate([part[0] for part in parts])
+    row = np.concatenate([part[1] for part in parts])
+    meshed = bool((kind == TRIANGLE).any())
+    reach = MAP_REACH * radius_max
+    origin, size, cells = _map_grid(bounds, radius_max, meshed)
+    flat, curved = np.flatnonzero(kind == TRIANGLE), np.flatnonzero(kind != TRIANGLE)
+    start, item = map_features(kind[curved], row[curved], origin, size, cells, reach)
+    item = curved[item].astype(np.int32)
+    if meshed:
+        others = map_triangles(row[flat], origin, size, cells, reach)
+        start, item = merged_maps(start, item, others[0], flat[others[1]].astype(np.int32))
+    return WallTable(kind, row, origin, size, cells, start, item, reach)
 
 
-def _map_grid(bounds: Float64Array, radius_max: float) -> tuple[Float64Array, float, Int64Array]:
+def _map_grid(
+    bounds: Float64Array, radius_max: float, meshed: bool
+) -> tuple[Float64Array, float, Int64Array]:
     extent = bounds[1] - bounds[0]
-    size = max(2.0 * radius_max, float(np.cbrt(np.prod(extent) / MAP_CELLS_MAX)))
+    # Many triangles: finer cells, so that a sphere looks at few that it cannot touch.
+    wanted, most = (0.7, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
+    size = max(wanted * radius_max, float(np.cbrt(np.prod(extent) / most)))
     return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
 
 
-def _features(shape: Shape | Slice, periodic: tuple[bool, bool, bool]) -> list[tuple[int, Float64Array]]:
+def _features(
+    shape: Shape | Slice, periodic: tuple[bool, bool, bool]
+) -> tuple[NDArray[np.int8], Float64Array]:
+    """Return the features of one shape: kinds (F,) and rows (F, FEATURE_WIDTH)."""
+    if isinstance(shape, Mesh):
+        rows = _triangle_rows(shape.surface)
+        return np.full(len(rows), TRIANGLE, np.int8), rows
+    features = _simple_features(shape, periodic)
+    row = np.zeros((len(features), FEATURE_WIDTH))
+    for index, (_, numbers) in enumerate(features):
+        row[index, : len(numbers)] = numbers
+    return np.array([each[0] for each in features], np.int8), row
+
+
+def _simple_features(
+    shape: Box | Cone | Ball | Polyhedron | Slice, periodic: tuple[bool, bool, bool]
+) -> list[tuple[int, Float64Array]]:
     if isinstance(shape, Box):
         return [
             (PLANE, np.append(sign * np.eye(3)[axis], sign * corner[axis]))
@@ -101,9 +130,7 @@ def _features(shape: Shape | Slice, periodic: tuple[bool, bool, bool]) -> list[t
         return _cone_features(shape)
     if isinstance(shape, Ball):
         return [(BALL, np.append(shape.center, shape.radius))]
-    if isinstance(shape, Polyhedron):
-        return [(PLANE, row) for row in np.column_stack([shape.normal, shape.offset])]
-    return [(TRIANGLE, row) for row in _triangle_rows(shape.surface)]
+    return [(PLANE, row) for row in np.column_stack([shape.normal, shape.offset])]
 
 
 def _cone_features(cone: Cone) -> list[tuple[int, Float64Array]]:
@@ -117,7 +144,9 @@ def _cone_features(cone: Cone) -> list[tuple[int, Float64Array]]:
 
 
 def _triangle_rows(surface: Surface) -> Float64Array:
-    corners = surface.vertices[surface.faces]
+    """Return corners and inward normal of each triangle, once where a sheet has one on either side."""
+    _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
+    corners = surface.vertices[surface.faces[np.sort(first)]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     return np.concatenate([corners.reshape(-1, 9), -normal], axis=1)

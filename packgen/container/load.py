@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.container.convex import convex_hull, enclosed_volume, is_convex
+from packgen.container.convex import convex_hull, is_convex
 from packgen.container.meshfile import read_surface
 from packgen.container.primitives import ball_surface, box_surface, cone_surface
-from packgen.container.topology import (
-    boundary_edges,
-    capped,
-    describe_holes,
-    find_rim,
-    with_consistent_winding,
-)
+from packgen.container.shells import Vessel, sorted_vessel
+from packgen.container.topology import boundary_edges, describe_holes, stitched
 from packgen.errors import GeometryError
-from packgen.geometry import Ball, Box, Cone, Container, Polyhedron, Shape, Slice, Surface
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Slice, Surface
+
+PLANES_MAX = 1000
+"""A convex mesh of more planes keeps its triangles: a sphere is near few of those, and near many planes."""
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -35,7 +33,7 @@ def load_container(scene: Scene, warn: Callable[[str], None] = lambda _: None) -
         warn: Called with a sentence for each fault of a mesh that was mended.
 
     Returns:
-        The container: a primitive as it is, a convex mesh by its planes.
+        The container: a primitive as it is, a convex mesh by its planes, any other by its triangles.
 
     Raises:
         GeometryError: The mesh cannot be read or bounds no volume.
@@ -119,33 +117,24 @@ def _mesh(
     hull, hull_volume = convex_hull(surface.vertices, place)
     if spec.shape == "convex_hull":
         return hull, hull.surface, hull_volume
+    vessel = _vessel(stitched(surface), up, place, spec.path.name)
+    if vessel.turned:
+        warn(f"{spec.path.name}: {vessel.turned} facets turned to agree with their neighbours")
+    simple = vessel.shells == 1 and vessel.sheets == 0
+    if simple and is_convex(vessel.closed, hull_volume, vessel.volume) and len(hull.normal) <= PLANES_MAX:
+        return Polyhedron(hull.normal, hull.offset, vessel.walls), vessel.walls, hull_volume
+    return Mesh(vessel.closed), vessel.walls, vessel.volume
+
+
+def _vessel(surface: Surface, up: Float64Array, place: str, name: str) -> Vessel:
     try:
-        surface, turned = with_consistent_winding(surface)
+        vessel = sorted_vessel(surface, up)
     except GeometryError as error:
-        raise GeometryError(f"{place}: {spec.path.name}: {error}") from error
-    if turned:
-        warn(f"{spec.path.name}: {turned} facets turned to agree with their neighbours")
-    closed = _closed(surface, up, place, spec.path.name)
-    volume = enclosed_volume(closed.vertices, closed.faces)
-    if volume < 0.0:
-        surface = Surface(surface.vertices, surface.faces[:, ::-1])
-        volume = -volume
-    if is_convex(closed, hull_volume, volume):
-        return Polyhedron(hull.normal, hull.offset, surface), surface, hull_volume
-    raise GeometryError(
-        f"{place}: {spec.path.name} is not convex (it encloses {volume:.6g} m3, its convex hull "
-        f"{hull_volume:.6g} m3): not supported yet; give `shape: convex_hull` to pack the hull instead"
-    )
-
-
-def _closed(surface: Surface, up: Float64Array, place: str, name: str) -> Surface:
-    rim = find_rim(surface, up)
-    if rim is None:
-        return surface
-    if not rim.level:
+        raise GeometryError(f"{place}: {name}: {error}") from error
+    if vessel is None:
         where = describe_holes(surface, boundary_edges(surface))
         raise GeometryError(
             f"{place}: {name} has holes ({where}); expected a closed surface or one open at its top only: "
             "close it"
         )
-    return capped(surface, rim)
+    return vessel
