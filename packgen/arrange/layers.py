@@ -96,6 +96,9 @@ def fill_in_layers(
         thrown_back += back
         found_room = gained > STALLED_SHARE * tried
         stalled = 0.0 if found_room or not loop.started else stalled + failure(tried)
+        if stalled >= STALLED_MAX and not supply.finished and loop.climb():
+            # Above a throat may be another chamber; one layer there will tell.
+            stalled = STALLED_MAX - 1.0
         batch += 1
         on_layer(batch, len(pile), loop.level, thrown_back)
     return batch
@@ -127,6 +130,7 @@ class _Zone:
         self.diameter = 2.0 * supply.radius_by_volume
         self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
         self.level = self.base = region.floor
+        self.climbed = -math.inf
         self.started = self.closing = False
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
         self.buried_tops = np.full(self.map.count, -np.inf)
@@ -143,16 +147,32 @@ class _Zone:
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
+        gained = len(moving) - int(reopened.sum())
+        if gained < 0 and self.climbed > self.region.floor:
+            # Between the last nooks a layer may cost more than it brings: then it has not been.
+            self.supply.put_back(draw)
+            return 0, len(draw.radius), len(draw.radius)
         if len(thrown):
             self.supply.put_back(Draw(thrown.radius, thrown.set_index))
         self.pile.front = joined([fixed, moving])
-        gained = len(moving) - int(reopened.sum())
         self.started = self.started or gained > 0
         if not self.started:
             # The tip of a hopper, too narrow for a sphere: look for the first place where one fits.
             self.base += 0.25 * self.diameter * failure(len(draw.radius))
         self._bury()
         return gained, len(thrown), len(draw.radius)
+
+    def climb(self) -> bool:
+        """Raise the level to the next room between non-convex walls; False: there is none up to the top."""
+        if self.region.sides is None:
+            return False
+        tops = self._surface(self.pile.front)
+        while self.level < self.region.ceiling - self.diameter:
+            self.level += 0.5 * self.diameter
+            self.climbed = self.level
+            if len(self._starts(tops)):
+                return True
+        return False
 
     def _assigned(self, points: Float64Array, front: Spheres) -> tuple[Float64Array, Draw]:
         """Take a sphere for each start position; of broad sizes large ones choose first [m], (n, 3)."""
@@ -217,7 +237,10 @@ class _Zone:
             below_it = self.map.points(np.where(found, tops, self.level) - radius)[found]
             self.roofed &= not (self.region.clearance(below_it, radius) < 0.0).all()
         open_above = found & ~self.roofed
-        self.level = float(np.mean(tops[open_above])) if open_above.any() else self.level
+        # What was left behind below a throat is not the surface any more.
+        open_above &= tops > self.climbed - self.plan.thickness * self.diameter
+        level = float(np.mean(tops[open_above])) if open_above.any() else self.level
+        self.level = max(level, self.climbed)
         if not found.any():
             self.level = self.base
         tops[~found] = self.level
@@ -247,7 +270,12 @@ class _Zone:
         close = -0.5 * self.supply.radius_reference
         if remaining is not None and remaining < len(points) and (clearance > 0.0).sum() > 2 * remaining:
             close = 0.0
-        open_space = (height >= 0.0) & (height <= 2.0 * thickness) & (clearance >= close)
+        near = height <= 2.0 * thickness
+        if region.sides is not None:
+            # Over a roof begins another space, whose floor is nowhere near the bed below.
+            over = points @ region.frame[2] >= self.level - thickness
+            near |= self.roofed[self.map.index(points)] & over
+        open_space = (height >= 0.0) & near & (clearance >= close)
         points, height = points[open_space], height[open_space]
         if remaining is not None and remaining < len(points):
             points = points[np.sort(np.argsort(height, kind="stable")[:remaining])]
