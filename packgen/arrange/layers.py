@@ -148,7 +148,7 @@ class _Zone:
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
         gained = len(moving) - int(reopened.sum())
-        if gained < 0 and self.climbed > self.region.floor:
+        if gained < 0:
             # Between the last nooks a layer may cost more than it brings: then it has not been.
             self.supply.put_back(draw)
             return 0, len(draw.radius), len(draw.radius)
