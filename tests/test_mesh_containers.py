@@ -1,0 +1,149 @@
+"""Vessels that are not convex: every sphere is inside, counts are met, the core is as dense as a cylinder's."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from packgen.errors import GeometryError
+from packgen.geometry import Mesh, Polyhedron
+from tests import container_meshes as meshes
+from tests.scenes import constant, read_scene, run_scene
+
+RADIUS = 0.08
+
+VESSELS = {
+    "torus": (meshes.torus(), meshes.torus_volume()),
+    "standing_torus": (meshes.standing(meshes.torus()), meshes.torus_volume()),
+    "u_bend": (meshes.u_bend(open_top=False), meshes.u_bend_volume()),
+    "open_u_bend": (meshes.u_bend(open_top=True), meshes.u_bend_volume()),
+    "tank": (meshes.tank(open_top=False), 2.0 * math.pi),
+    "open_tank": (meshes.tank(open_top=True), 2.0 * math.pi),
+    "l_box": (meshes.l_box(open_top=False), 4.5),
+    "standing_l_box": (meshes.standing(meshes.l_box(open_top=False)), 4.5),
+    "open_l_box": (meshes.l_box(open_top=True), 4.5),
+    "hopper": (meshes.hopper(open_top=False), None),
+    "open_hopper": (meshes.hopper(open_top=True), None),
+}
+
+
+@pytest.mark.parametrize("name", VESSELS)
+def test_a_vessel_is_filled_and_holds_all_its_spheres(name, tmp_path):
+    mesh, volume = VESSELS[name]
+    container = {"path": meshes.saved(mesh, tmp_path)}
+    result = run_scene(tmp_path, container, constant(RADIUS))
+    shape = result.bed.container.shape
+    assert isinstance(shape, Mesh)
+    if volume is not None:
+        assert result.bed.container.volume == pytest.approx(volume, rel=0.02)
+    solid = result.bed.count * 4.0 / 3.0 * math.pi * RADIUS**3
+    # walls are five to twelve diameters apart: between them a bed is this dense, and no denser anywhere
+    assert 0.43 < solid / result.bed.container.volume < 0.62
+
+
+@pytest.mark.parametrize("name", ["standing_torus", "open_u_bend", "open_hopper"])
+def test_a_counted_zone_is_complete(name, tmp_path):
+    container = {"path": meshes.saved(VESSELS[name][0], tmp_path)}
+    result = run_scene(tmp_path, container, constant(RADIUS), zones=[{"n_particles": 300}])
+    assert result.zones[0].placed == 300
+
+
+def test_a_chamber_above_a_throat_is_reached(tmp_path):
+    profile = [(0, 0), (0.8, 0), (0.8, 0.6), (0.2, 1.2), (0.2, 1.5), (0.8, 2.1), (0.8, 2.7), (0, 2.7)]
+    container = {"path": meshes.saved(meshes.revolved(profile), tmp_path)}
+    height = run_scene(tmp_path, container, constant(RADIUS)).bed.position[:, 2]
+    below, above = np.count_nonzero(height < 1.2), np.count_nonzero(height > 1.5)
+    assert 0.8 * below < above < 1.2 * below
+
+
+def test_the_core_of_a_tank_is_as_dense_as_a_cylinders(tmp_path):
+    ring = {"cylinder": {"radius": 0.7, "height": 1.6, "base": [0, 0, 0.2]}}
+    fractions = []
+    for container in (
+        {"path": meshes.saved(meshes.tank(open_top=True), tmp_path)},
+        {"cylinder": {"radius": 1.0, "height": 2.0}},
+    ):
+        bed = run_scene(tmp_path, container, constant(0.06)).bed
+        fractions.append(core_fraction(bed, ring["cylinder"]["radius"], 0.3, 1.6))
+    assert fractions[0] == pytest.approx(fractions[1], abs=0.02)
+
+
+def core_fraction(bed, radius, low, high):
+    """Solid fraction of a cylinder round z, by points."""
+    rng = np.random.default_rng(0)
+    across = radius * np.sqrt(rng.random(40_000))
+    angle = rng.uniform(0.0, 2.0 * math.pi, 40_000)
+    points = np.column_stack([across * np.cos(angle), across * np.sin(angle), rng.uniform(low, high, 40_000)])
+    from scipy.spatial import cKDTree
+
+    distance, _ = cKDTree(bed.position).query(points)
+    return float(np.mean(distance < bed.radius[0]))
+
+
+def test_a_mesh_bounds_a_zone(tmp_path):
+    meshes.saved(meshes.torus(0.3), tmp_path, "ring.stl")
+    zones = [{"n_particles": 100, "location": {"path": "ring.stl"}}]
+    container = {"cylinder": {"radius": 1.5, "height": 1.0, "base": [0, 0, -0.3]}}
+    bed = run_scene(tmp_path, container, constant(RADIUS), zones=zones).bed
+    assert bed.count == 100
+    ring = np.hypot(np.hypot(bed.position[:, 0], bed.position[:, 1]) - 1.0, bed.position[:, 2])
+    assert (ring + RADIUS <= 0.3 * (1.0 + 1e-6)).all()
+
+
+def test_broad_sizes_fill_a_u_bend(tmp_path):
+    container = {"path": meshes.saved(meshes.u_bend(open_top=True), tmp_path)}
+    sizes = {"radius_distribution": "lognormal", "radius_median": 0.05, "sigma": 0.4,
+             "radius_min": 0.025, "radius_max": 0.12}  # fmt: skip
+    bed = run_scene(tmp_path, container, sizes).bed
+    assert (4.0 / 3.0 * math.pi * bed.radius**3).sum() / bed.container.volume > 0.45
+
+
+@pytest.mark.parametrize("flip", ["none", "all", "some"])
+def test_winding_does_not_matter(flip, tmp_path):
+    mesh = meshes.hopper(open_top=True)
+    turned = {"none": slice(0), "all": slice(None), "some": slice(None, None, 3)}[flip]
+    mesh.faces[turned] = mesh.faces[turned][:, ::-1]
+    _, vessel = read_scene(tmp_path, {"path": meshes.saved(mesh, tmp_path)}, constant(RADIUS))
+    plain = trimesh.Trimesh(*[getattr(meshes.hopper(open_top=False), each) for each in ("vertices", "faces")])
+    shell, insert = plain.split()
+    expected = abs(abs(shell.volume) - abs(insert.volume))
+    assert vessel.volume == pytest.approx(expected, rel=1e-4)
+
+
+def test_baffles_attached_by_their_corners_are_sheets_all_the_same(tmp_path):
+    box = trimesh.creation.box((2.0, 2.0, 2.0))
+    # a plate whose foot is an edge of the mesh: the diagonal of the bottom
+    low = box.vertices[:, 2] < 0
+    face = next(each for each in box.faces if low[each].all())
+    corners = box.vertices[face]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    a, b = corners[int(lengths.argmax())], corners[int(lengths.argmax()) - 1]
+    raised = np.array([0.0, 0.0, 1.0])
+    plate = trimesh.Trimesh([a, b, b + raised, a + raised], [[0, 1, 2], [0, 2, 3]], process=False)
+    bed = run_scene(tmp_path, {"path": meshes.saved(meshes.joined(box, plate), tmp_path)}, constant(0.1)).bed
+    assert isinstance(bed.container.shape, Mesh)
+    assert bed.container.volume == pytest.approx(8.0)
+    along = (b - a)[:2] / np.linalg.norm((b - a)[:2])
+    away = np.abs((bed.position[:, :2] - a[:2]) @ np.array([-along[1], along[0]]))
+    assert (away[bed.position[:, 2] < 0.0] >= 0.1 * (1.0 - 1e-6)).all()
+
+
+def test_t_junctions_are_no_holes(tmp_path):
+    box = trimesh.creation.box((2.0, 2.0, 2.0))
+    first = box.faces[0]
+    a, b, c = (box.vertices[each] for each in first)
+    middle = 0.5 * (a + b)
+    halves = trimesh.Trimesh([a, middle, c, b], [[0, 1, 2], [1, 3, 2]], process=False)
+    rest = trimesh.Trimesh(box.vertices, box.faces[1:], process=False)
+    mesh = meshes.joined(rest, halves)
+    _, vessel = read_scene(tmp_path, {"path": meshes.saved(mesh, tmp_path)}, constant(0.1))
+    assert isinstance(vessel.shape, Polyhedron)
+    assert vessel.volume == pytest.approx(8.0)
+
+
+def test_a_vessel_with_a_hole_in_its_side_is_refused(tmp_path):
+    mesh = meshes.torus()
+    mesh.update_faces(np.arange(len(mesh.faces)) != 7)
+    with pytest.raises(GeometryError, match=r"has holes \(3 boundary edges around .*close it"):
+        read_scene(tmp_path, {"path": meshes.saved(mesh, tmp_path)}, constant(RADIUS))
