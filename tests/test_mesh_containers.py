@@ -1,4 +1,4 @@
-"""Vessels that are not convex: every sphere is inside, counts are met, the core is as dense as a cylinder's."""
+"""Vessels that are not convex: spheres inside, counts met, the core as dense as a cylinder's."""
 
 import math
 
