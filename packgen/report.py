@@ -13,7 +13,17 @@ import packgen
 from packgen.bed import Bed
 from packgen.bedfile import plain
 from packgen.check import Check, check_bed
-from packgen.measure import Contacts, Sizes, SolidFraction, contacts, sizes, solid_fraction
+from packgen.measure import (
+    Contacts,
+    Gaps,
+    HeightProfile,
+    Sizes,
+    SolidFraction,
+    contacts_and_gaps,
+    height_profile,
+    sizes,
+    solid_fraction,
+)
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
 
@@ -62,6 +72,8 @@ class Report:
         solid_fraction: Solid fractions of the filled volume and of the core.
         contacts: Contacts a sphere at gaps of 0, 0.1 %, 1 % and 5 % of the smaller radius.
         sizes: Size curves asked and reached, set by set.
+        profile: Solid fraction along the height.
+        gaps: Pairs of neighbours counted by their gap.
         timings: Wall time of each stage [s].
         peak_memory: Largest memory that the process held [bytes]; None where the system does not tell.
         settings: Scene, seed and effective settings, as in ``bed.npz``.
@@ -77,6 +89,8 @@ class Report:
     solid_fraction: SolidFraction
     contacts: tuple[Contacts, ...]
     sizes: tuple[Sizes, ...]
+    profile: HeightProfile
+    gaps: Gaps
     timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     peak_memory: int | None = None
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -156,6 +170,7 @@ def build_report(
         sizes(each.name, bed.radius[bed.set_index == index], by_law[index])
         for index, each in enumerate(bed.particle_sets)
     ]
+    touching, gaps = contacts_and_gaps(bed)
     return Report(
         packgen=packgen.__version__,
         missed=(*_unfilled(counts), *found.faults()),
@@ -164,8 +179,10 @@ def build_report(
         sets=_totals(bed),
         overlap=found,
         solid_fraction=solid_fraction(bed),
-        contacts=contacts(bed),
+        contacts=touching,
         sizes=tuple(each for each in compared if each is not None),
+        profile=height_profile(bed),
+        gaps=gaps,
         settings=bed.provenance,
     )
 

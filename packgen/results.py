@@ -12,6 +12,7 @@ from types import TracebackType
 from packgen.errors import ExportError
 
 MANIFEST = "report.json"  # its key "files" lists what the run wrote
+PAGE = "report.html"
 
 
 class ResultFolder:

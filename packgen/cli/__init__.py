@@ -98,9 +98,9 @@ def _fail(message: str, code: int) -> int:
 
 def _dispatch(arguments: list[str]) -> int:
     if arguments and arguments[0] in COMMANDS:
-        raise PackgenError(
-            f"packgen {arguments[0]}: not supported yet; a scene of that name is ./{arguments[0]}"
-        )
+        from packgen.cli.pages import run_page_command
+
+        return run_page_command(arguments[0], arguments[1:])
     options = build_parser().parse_args(arguments)
     from packgen.cli.run import run_scene
 
@@ -151,6 +151,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
     )
+    parser.add_argument("--no-report", action="store_true", help="make no report.html")
     parser.add_argument(
         "--quiet", action="store_true", help="no progress, no summary; what was missed is said"
     )

@@ -1,4 +1,4 @@
-"""How many neighbours a sphere touches."""
+"""How many neighbours a sphere touches, and how near its neighbours are."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from packgen.bed import Bed
 from packgen.check import near_pairs, period, wall_clearance
 
 GAPS = (0.0, 0.001, 0.01, 0.05)  # of the smaller radius
+# Where pairs are counted: a decade each, overlaps below 0, up to the largest of the gaps above.
+GAP_EDGES = (-1e-2, -1e-3, -1e-4, -1e-5, -1e-6, 0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 5e-2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +23,28 @@ class Contacts:
         mean: Mean number of sphere contacts a sphere (coordination number), walls not counted.
         wall_mean: Mean number of spheres that touch a wall, each counted once.
         none: Share of the spheres that touch neither a sphere nor a wall.
+        spread: Number of spheres with 0, 1, 2, ... sphere contacts.
     """
 
     gap: float
     mean: float
     wall_mean: float
     none: float
+    spread: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Gaps:
+    """How near neighbouring spheres are to each other; a negative gap is an overlap.
+
+    Attributes:
+        edge: Gaps as fractions of the smaller radius, rising.
+        count: Number of pairs with gaps above the edge before and up to each edge; the first entry has all
+            the pairs below.
+    """
+
+    edge: tuple[float, ...]
+    count: tuple[int, ...]
 
 
 def contacts(bed: Bed) -> tuple[Contacts, ...]:
@@ -38,9 +56,24 @@ def contacts(bed: Bed) -> tuple[Contacts, ...]:
     Returns:
         One entry a gap, narrow ones first.
     """
+    return contacts_and_gaps(bed)[0]
+
+
+def contacts_and_gaps(bed: Bed) -> tuple[tuple[Contacts, ...], Gaps]:
+    """Return the contacts a sphere, and the gaps of all near pairs: both from one search.
+
+    Args:
+        bed: The bed.
+
+    Returns:
+        Contacts, one entry a gap of `GAPS`; pairs counted between `GAP_EDGES`.
+    """
     count = np.zeros((len(GAPS), bed.count), dtype=np.int32)
+    pair_count = np.zeros(len(GAP_EDGES), dtype=np.int64)
     for pairs in near_pairs(bed.position, bed.radius, gap_fraction=GAPS[-1], period=period(bed.container)):
         share = pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
+        edge = np.searchsorted(GAP_EDGES, share)
+        pair_count += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]
         for place, gap in enumerate(GAPS):
             for end in (pairs.first, pairs.second):
                 count[place] += np.bincount(end[share <= gap], minlength=bed.count).astype(np.int32)
@@ -55,6 +88,7 @@ def contacts(bed: Bed) -> tuple[Contacts, ...]:
                 mean=float(count[place].sum()) / total,
                 wall_mean=float(np.count_nonzero(at_wall)) / total,
                 none=float(np.count_nonzero((count[place] == 0) & ~at_wall)) / total,
+                spread=tuple(np.bincount(count[place]).tolist()),
             )
         )
-    return tuple(found)
+    return tuple(found), Gaps(GAP_EDGES, tuple(pair_count.tolist()))

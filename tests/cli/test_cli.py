@@ -76,7 +76,7 @@ def test_a_run_leaves_the_files_of_the_contract_and_no_other(scene, core, capsys
     core()
     assert main([scene, "--export", "liggghts"]) == 0
     assert sorted(os.listdir()) == ["box", "box.yaml"]
-    assert {"bed.npz", "report.json", "liggghts"} == set(os.listdir("box"))
+    assert {"bed.npz", "report.json", "report.html", "liggghts"} == set(os.listdir("box"))
     assert {"bed.data", "in.bed"} <= set(os.listdir("box/liggghts"))
     listed = {path.relative_to("box").as_posix() for path in Path("box").rglob("*") if path.is_file()}
     assert set(report_of()["files"]) == listed
@@ -101,7 +101,7 @@ def test_a_second_run_replaces_the_first_as_a_whole(scene, core):
     core()
     main([scene, "--export", "liggghts", "--quiet"])
     assert main([scene, "--quiet"]) == 0
-    assert set(os.listdir("box")) == {"bed.npz", "report.json"}
+    assert set(os.listdir("box")) == {"bed.npz", "report.json", "report.html"}
 
 
 def test_spheres_that_do_not_fit_end_with_exit_code_1_and_a_last_line(scene, core, capsys):
@@ -155,9 +155,41 @@ def test_arguments_that_make_no_sense_are_usage_errors(arguments, capsys):
 
 
 @pytest.mark.parametrize("arguments", [["report", "box"], ["compare", "a", "b"]])
-def test_commands_to_come_say_so(arguments, capsys):
+def test_a_page_of_a_folder_that_is_not_there_is_an_error(arguments, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert main(arguments) == 2
-    assert "not supported yet" in capsys.readouterr().err
+    assert "report.json: not found" in capsys.readouterr().err
+    assert os.listdir() == []
+
+
+def test_no_report_leaves_the_page_out_and_report_makes_it_later(scene, core, capsys):
+    core()
+    assert main([scene, "--no-report"]) == 0
+    assert "report.html" not in os.listdir("box")
+    assert main(["report", "box"]) == 0
+    assert "report.html" in os.listdir("box")
+    assert main([scene]) == 0  # the folder is still all packgen's own
+
+
+def test_compare_writes_one_page_and_says_the_same_table(scene, core, capsys):
+    core()
+    assert main([scene, "-o", "first"]) == 0
+    assert main([scene, "-o", "second"]) == 0
+    capsys.readouterr()
+    assert main(["compare", "first", "second"]) == 0
+    out = capsys.readouterr().out
+    page = Path("compare.html").read_text(encoding="utf-8")
+    for text in ("first", "second", "0.5236"):
+        assert text in out
+        assert text in page
+
+
+def test_compare_does_not_overwrite_a_file_of_somebody_else(scene, core, capsys):
+    core()
+    assert main([scene]) == 0
+    Path("compare.html").write_text("mine")
+    assert main(["compare", "box"]) == 2
+    assert Path("compare.html").read_text() == "mine"
 
 
 def test_a_missing_solver_is_told_before_the_run(scene, core, capsys, monkeypatch):

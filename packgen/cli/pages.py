@@ -1,0 +1,61 @@
+"""``packgen report DIR`` and ``packgen compare DIR DIR ...``: pages from what runs have left."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from packgen.cli.screen import say, table
+
+
+def run_page_command(command: str, arguments: Sequence[str]) -> int:
+    """Run one of the two commands.
+
+    Args:
+        command: ``report`` or ``compare``.
+        arguments: What follows it.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        PackgenError: A folder is none that packgen wrote.
+    """
+    return _compare(arguments) if command == "compare" else _report(arguments)
+
+
+def _report(arguments: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="packgen report",
+        description="Make report.html of result folders again. A scene of that name is ./report.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("folders", metavar="DIR", type=Path, nargs="+", help="result folder of a run")
+    options = parser.parse_args(arguments)
+    from packgen.page import report_folder
+
+    for folder in options.folders:
+        say(f"written: {report_folder(folder)}", sys.stdout)
+    return 0
+
+
+def _compare(arguments: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="packgen compare",
+        description="Put result folders side by side. A scene of that name is ./compare.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("folders", metavar="DIR", type=Path, nargs="+", help="result folders of runs")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, help="page to write (default: compare.html)"
+    )
+    options = parser.parse_args(arguments)
+    from packgen.page import COMPARISON, compare_folders
+
+    page = options.output or Path(COMPARISON)
+    rows = compare_folders(options.folders, page)
+    say(table(rows), sys.stdout)
+    say(f"written: {page}", sys.stdout)
+    return 0

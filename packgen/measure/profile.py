@@ -1,0 +1,76 @@
+"""How the solid fraction runs along the height of a bed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.bed import Bed
+from packgen.measure.fraction import against_gravity
+from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
+
+SLABS_MAX = 60
+SLABS_MIN = 4
+
+
+@dataclass(frozen=True, slots=True)
+class HeightProfile:
+    """Solid fraction of the slabs of a bed, from the container's floor to the bed's highest point.
+
+    Attributes:
+        height: Bounds of the slabs along the direction against gravity [m], one more than slabs.
+        solid_fraction: Solid fraction of each slab, spheres cut exactly by its bounds; None where the
+            container has no volume there.
+    """
+
+    height: tuple[float, ...]
+    solid_fraction: tuple[float | None, ...]
+
+
+def height_profile(bed: Bed) -> HeightProfile:
+    """Return the solid fraction of a bed along its height.
+
+    Slabs are one mean diameter (by volume) thick, thicker where that would make more than `SLABS_MAX`.
+
+    Args:
+        bed: The bed.
+
+    Returns:
+        The profile; empty for a bed without spheres.
+    """
+    sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
+    if not sound.any():
+        return HeightProfile((), ())
+    up = against_gravity(bed)
+    height, radius = bed.position[sound] @ up, bed.radius[sound]
+    low = float((bed.container.surface.vertices @ up).min())
+    high = float((height + radius).max())
+    diameter = 2.0 * float((radius**4).sum() / (radius**3).sum())
+    slabs = int(np.clip((high - low) / diameter, SLABS_MIN, SLABS_MAX))
+    level = np.linspace(low, high, slabs + 1)
+    solid = np.diff(_solid_below(height, radius, level))
+    room = np.diff([container_volume_below(bed.container, up, float(each)) for each in level])
+    least = 1e-9 * float(room.max())
+    return HeightProfile(
+        tuple(level.tolist()),
+        tuple(float(part / of) if of > least else None for part, of in zip(solid, room, strict=True)),
+    )
+
+
+def _solid_below(height: Float64Array, radius: Float64Array, level: Float64Array) -> Float64Array:
+    """Return the solid volume [m3] below each of some rising levels, shape of ``level``, float64."""
+    order = np.argsort(height)
+    height, radius = height[order], radius[order]
+    whole = np.concatenate([[0.0], np.cumsum(sphere_volume(radius))])
+    reach = float(radius.max())
+    # Only spheres near a level are cut by it; those further down count as a whole.
+    first = np.searchsorted(height, level - reach)
+    last = np.searchsorted(height, level + reach)
+    return np.array(
+        [
+            whole[low] + volume_below(height[low:high], radius[low:high], float(at)).sum()
+            for low, high, at in zip(first, last, level, strict=True)
+        ]
+    )

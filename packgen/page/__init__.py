@@ -1,0 +1,22 @@
+"""Pages that people look at: the report of a bed, and beds side by side.
+
+Data flows one way: spheres and the content of ``report.json`` and ``validation.json`` -> figures, plots and
+the view's data -> HTML. Nothing is measured here, so that a page says what ``report.json`` says.
+"""
+
+from packgen.page.folder import COMPARISON, compare_folders, report_folder, write_page
+from packgen.page.html import comparison_html, report_html
+from packgen.page.spheres import Spheres, read_spheres, spheres_of, view_data
+
+__all__ = [
+    "COMPARISON",
+    "Spheres",
+    "compare_folders",
+    "comparison_html",
+    "read_spheres",
+    "report_folder",
+    "report_html",
+    "spheres_of",
+    "view_data",
+    "write_page",
+]

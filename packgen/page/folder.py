@@ -1,0 +1,119 @@
+"""Pages from result folders: ``bed.npz``, ``report.json`` and ``validation.json`` are all they need."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from packgen.errors import PackgenError
+from packgen.page.figures import side_by_side
+from packgen.page.html import comparison_html, report_html
+from packgen.page.spheres import read_spheres, view_data
+from packgen.results import MANIFEST, PAGE
+
+COMPARISON = "compare.html"
+VALIDATION = "validation.json"
+KEYS = (
+    "packgen", "missed", "sphere_count", "zones", "sets", "overlap", "solid_fraction", "contacts", "sizes",
+    "timings", "peak_memory", "settings", "files",
+)  # fmt: skip
+
+
+def report_folder(folder: Path) -> Path:
+    """Make the page of a result folder again.
+
+    Args:
+        folder: What a run left.
+
+    Returns:
+        The page.
+
+    Raises:
+        PackgenError: The folder is none that packgen wrote.
+        OSError: The page cannot be written.
+    """
+    report = read_report(folder)
+    direction = report["settings"].get("settings", {}).get("gravity_direction")
+    view = view_data(read_spheres(folder / "bed.npz", direction))
+    if PAGE not in report["files"]:  # else the next run takes the page for somebody else's
+        report["files"] = sorted([*report["files"], PAGE])
+        _replace(folder / MANIFEST, json.dumps(report, indent=2, ensure_ascii=False) + "\n")
+    return write_page(folder, folder.resolve().name, view)
+
+
+def write_page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:
+    """Write the page of a folder whose ``report.json`` is written.
+
+    Args:
+        folder: The folder.
+        name: What the bed is called.
+        view: What `packgen.page.spheres.view_data` gives.
+
+    Returns:
+        The page.
+    """
+    validation = _read(folder / VALIDATION) if (folder / VALIDATION).exists() else {}
+    _replace(folder / PAGE, report_html(name, read_report(folder), validation, view))
+    return folder / PAGE
+
+
+def compare_folders(folders: Sequence[Path], page: Path) -> list[tuple[str, ...]]:
+    """Put result folders side by side in one page.
+
+    Args:
+        folders: What the runs left.
+        page: The file to write; one that packgen wrote is replaced.
+
+    Returns:
+        The table of the page, with its head.
+
+    Raises:
+        PackgenError: A folder is none that packgen wrote, or the file is somebody else's.
+        OSError: The page cannot be written.
+    """
+    if page.exists() and b'name="generator" content="packgen' not in page.read_bytes()[:1000]:
+        raise PackgenError(f"{page}: exists and is no page of packgen; choose another file with -o")
+    reports = [read_report(folder) for folder in folders]
+    names = [folder.resolve().name for folder in folders]
+    if len(set(names)) < len(names):
+        names = [folder.as_posix() for folder in folders]
+    _replace(page, comparison_html(names, reports))
+    return [("", *names), *side_by_side(reports)]
+
+
+def read_report(folder: Path) -> dict[str, Any]:
+    """Return the content of a folder's ``report.json``.
+
+    Raises:
+        PackgenError: It is missing, or no report of packgen.
+    """
+    content = _read(folder / MANIFEST)
+    missing = [key for key in KEYS if key not in content]
+    if missing:
+        raise PackgenError(f"{folder / MANIFEST}: has no {', '.join(missing)}; run the scene again")
+    return content
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise PackgenError(f"{path}: not found; expected a result folder of packgen") from error
+    except (OSError, ValueError) as error:
+        raise PackgenError(f"{path}: cannot be read ({error}); run the scene again") from error
+    if not isinstance(content, dict):
+        raise PackgenError(f"{path}: found no JSON object; run the scene again")
+    return content
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a file that appears whole or not at all."""
+    partial = path.with_name(f".{path.name}.unfinished")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,183 @@
+"""The spheres that a page shows, from a bed or from ``bed.npz``, and a faithful part of very many."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.bed import Bed
+from packgen.errors import PackgenError
+from packgen.measure import against_gravity
+
+SHOWN_MAX = 60_000  # spheres in a page: 1.6 MB of text
+ARRAYS = ("position", "radius", "set_index", "zone_index", "batch_index")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Spheres:
+    """What a view needs of a bed.
+
+    Attributes:
+        position: Sphere centres [m], shape (N, 3), float64.
+        radius: Sphere radii [m], shape (N,), float64.
+        set_index: Particle set of each sphere, shape (N,), int32.
+        zone_index: Zone of each sphere, shape (N,), int32.
+        batch_index: Batch of each sphere, shape (N,), int32.
+        up: Unit vector against gravity, shape (3,), float64.
+    """
+
+    position: Float64Array
+    radius: Float64Array
+    set_index: Int32Array
+    zone_index: Int32Array
+    batch_index: Int32Array
+    up: Float64Array
+
+
+def spheres_of(bed: Bed) -> Spheres:
+    """Return the spheres of a bed."""
+    return Spheres(
+        bed.position, bed.radius, bed.set_index, bed.zone_index, bed.batch_index, against_gravity(bed)
+    )
+
+
+def read_spheres(path: Path, gravity_direction: Sequence[float] | None) -> Spheres:
+    """Read ``bed.npz``.
+
+    Args:
+        path: The file.
+        gravity_direction: Where things fall; None: along -z.
+
+    Raises:
+        PackgenError: The file is missing, or is none that packgen wrote.
+    """
+    up = -np.asarray(gravity_direction or (0.0, 0.0, -1.0), dtype=np.float64)
+    try:
+        with np.load(path) as stored:
+            arrays = [stored[name] for name in ARRAYS]
+    except FileNotFoundError as error:
+        raise PackgenError(f"{path}: not found; expected a result folder of packgen") from error
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        raise PackgenError(
+            f"{path}: cannot be read as a bed ({error}); run the scene again to make it anew"
+        ) from error
+    position, radius, set_index, zone_index, batch_index = arrays
+    return Spheres(position, radius, set_index, zone_index, batch_index, up / float(np.linalg.norm(up)) + 0.0)
+
+
+def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
+    """Return what the page's 3-D view draws, as plain data.
+
+    The view's frame: x to the right, y away from the viewer, z up, the origin in the bed's middle. The cut is
+    the plane y = 0.
+
+    Args:
+        spheres: All spheres.
+        limit: Most spheres that the page may hold.
+
+    Returns:
+        Numbers of spheres, half extents, and little-endian arrays as base64: ``sphere`` float32 (x, y, z,
+        radius), ``label`` int32 (set, zone, batch).
+    """
+    sound = np.flatnonzero(
+        np.isfinite(spheres.position).all(axis=1) & np.isfinite(spheres.radius) & (spheres.radius > 0.0)
+    )
+    position = spheres.position[sound] @ _frame(spheres.up).T
+    radius = spheres.radius[sound]
+    low, high = np.zeros(3), np.zeros(3)
+    if len(sound):
+        low = (position - radius[:, None]).min(axis=0)
+        high = (position + radius[:, None]).max(axis=0)
+    position = position - 0.5 * (low + high)
+    chosen = np.arange(len(sound)) if len(sound) <= limit else faithful_part(position, radius, limit)
+    labels = [array[sound][chosen] for array in (spheres.set_index, spheres.zone_index, spheres.batch_index)]
+    sphere = np.column_stack([position[chosen], radius[chosen]])
+    return {
+        "count": len(spheres.radius),
+        "shown": len(chosen),
+        "half": (0.5 * (high - low)).tolist(),
+        "radius_min": float(radius.min()) if len(radius) else 0.0,
+        "radius_max": float(radius.max()) if len(radius) else 0.0,
+        "sphere": _base64(sphere.astype("<f4")),
+        "label": _base64(np.column_stack(labels).astype("<i4")),
+    }
+
+
+def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> Int64Array:
+    """Return which spheres to show of too many: what one sees of the whole, and of its half.
+
+    In this order: spheres that the plane y = 0 cuts; those that are seen from outside; those seen
+    through the gaps of the cut; then any, evenly.
+
+    Args:
+        position: Centres around the bed's middle [m], shape (N, 3), float64.
+        radius: Radii [m], shape (N,), float64.
+        limit: Number of spheres to choose, less than N.
+
+    Returns:
+        Their indices in rising order, shape (limit,), int64.
+    """
+    rank = np.full(len(radius), np.inf, dtype=np.float32)
+    step = len(radius) // limit + 1
+    rank[::step] = 100.0
+    pixel = 1.2 * float(np.median(radius))
+    cut = np.abs(position[:, 1]) < radius
+    behind = np.flatnonzero(position[:, 1] >= radius)
+    behind = behind[position[behind, 1] < 8.0 * np.median(radius)]
+    rank[behind[_nearest(position[behind], radius[behind], np.array([0.0, -1.0, 0.0]), 0.5 * pixel)]] = 50.0
+    # Where there is no room for all, those that few views see are the first to be left out.
+    seen = np.zeros(len(radius), dtype=np.float32)
+    outer = _near_the_outside(position, radius)
+    for direction in product((-1.0, 0.0, 1.0), repeat=3):
+        if 0 < np.abs(direction).sum() != 2:
+            seen[outer[_nearest(position[outer], radius[outer], np.array(direction), pixel)]] += 1.0
+    rank = np.where(seen > 0.0, 20.0 - seen, rank)
+    rank[cut] = 0.0
+    return np.sort(np.argsort(rank, kind="stable")[:limit])
+
+
+def _near_the_outside(position: Float64Array, radius: Float64Array) -> Int64Array:
+    """Return the spheres in or beside cells that hold no centre, shape (M,), int64: no other is seen."""
+    size = 2.5 * float(np.median(radius)) + 0.5 * float(radius.max())
+    size = max(size, float(np.ptp(position, axis=0).max()) / 500.0)  # no grid is larger than 500 cells cubed
+    cell = ((position - position.min(axis=0)) / size).astype(np.int64) + 1
+    full = np.zeros(cell.max(axis=0) + 2, dtype=bool)
+    full[tuple(cell.T)] = True
+    inner = full
+    for axis in range(3):  # one after the other: all 26 neighbours
+        inner = inner & np.roll(inner, 1, axis) & np.roll(inner, -1, axis)
+    return np.flatnonzero(~inner[tuple(cell.T)])
+
+
+def _nearest(
+    position: Float64Array, radius: Float64Array, direction: Float64Array, pixel: float
+) -> Int64Array:
+    """Return the spheres that come first in each pixel, seen from ``direction``; shape (M,), int64."""
+    view = _frame(direction / np.linalg.norm(direction))
+    flat = position @ view[:2].T
+    depth = position @ view[2] + radius
+    cell = ((flat - flat.min(axis=0, initial=0.0)) / pixel).astype(np.int64)
+    width = int(cell[:, 1].max(initial=0)) + 1
+    place = cell[:, 0] * width + cell[:, 1]
+    front = np.full(int(place.max(initial=0)) + 1, -np.inf)
+    np.maximum.at(front, place, depth)
+    return np.flatnonzero(depth == front[place])
+
+
+def _frame(up: Float64Array) -> Float64Array:
+    """Return a right-handed frame as rows, its third along ``up``, shape (3, 3), float64; the axes for +z."""
+    start = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    right = start - (start @ up) * up
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(up, right), up])
+
+
+def _base64(values: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")

@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from packgen.measure import contacts_and_gaps, height_profile
+from packgen.measure.volumes import sphere_volume
+from tests.beds import box_container, cubic_lattice, make_bed
+
+
+def test_the_slabs_of_a_simple_cubic_bed_have_pi_sixths():
+    profile = height_profile(make_bed(cubic_lattice(10, 0.05), 0.05, box_container([0, 0, 0], [1, 1, 1])))
+    assert profile.height == pytest.approx(np.linspace(0.0, 1.0, 11))
+    assert profile.solid_fraction == pytest.approx([np.pi / 6] * 10)
+
+
+def test_the_slabs_together_hold_every_sphere():
+    rng = np.random.default_rng(1)
+    radius = rng.uniform(0.01, 0.1, 200)
+    position = rng.uniform(0.1, 0.9, (200, 3))
+    profile = height_profile(make_bed(position, radius, box_container([0, 0, 0], [1, 1, 1])))
+    solid = sum(
+        part * thick for part, thick in zip(profile.solid_fraction, np.diff(profile.height), strict=True)
+    )
+    assert solid == pytest.approx(sphere_volume(radius).sum())
+
+
+def test_gaps_and_contacts_count_the_same_pairs():
+    rng = np.random.default_rng(2)
+    bed = make_bed(rng.uniform(0.1, 0.9, (300, 3)), 0.05, box_container([0, 0, 0], [1, 1, 1]))
+    found, gaps = contacts_and_gaps(bed)
+    for entry in found:
+        pairs = sum(number for edge, number in zip(gaps.edge, gaps.count, strict=True) if edge <= entry.gap)
+        assert entry.mean == pytest.approx(2 * pairs / bed.count)
+        assert sum(entry.spread) == bed.count
+        assert sum(number * spheres for number, spheres in enumerate(entry.spread)) == 2 * pairs

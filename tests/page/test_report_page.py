@@ -1,0 +1,165 @@
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass, replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from packgen.bedfile import save_bed
+from packgen.errors import PackgenError
+from packgen.page import report_folder
+from packgen.report import build_report
+from tests.beds import box_container, cubic_lattice, make_bed
+
+PAGE_MAX = 5_000_000
+
+
+@dataclass
+class Zone:
+    asked: int | None
+    placed: int
+
+
+class Page(HTMLParser):
+    """What the tests look at in a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.values, self.tags, self.loaded, self.scripts, self._inside = {}, [], [], {}, None
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.tags.append((tag, found))
+        if tag == "data":
+            self.values[found["data-key"]] = float(found["value"])
+        if tag == "script":
+            self._inside = found.get("id", "code")
+        self.loaded += [found[name] for name in ("src", "href", "srcset", "action") if name in found]
+
+    def handle_endtag(self, tag):
+        self._inside = None
+
+    def handle_data(self, data):
+        if self._inside:
+            self.scripts[self._inside] = self.scripts.get(self._inside, "") + data
+
+
+def result_folder(folder, bed, zones=()):
+    save_bed(bed, folder / "bed.npz")
+    report = replace(
+        build_report(bed, zones=zones), timings={"arrange": 1.5}, files=("bed.npz", "report.json")
+    )
+    report.write(folder / "report.json")
+    return folder
+
+
+def lattice_folder(folder, **changes):
+    bed = make_bed(cubic_lattice(5, 0.1), 0.1, box_container([0, 0, 0], [1, 1, 1]), **changes)
+    return result_folder(folder, bed, [Zone(125, 125)])
+
+
+def read(folder):
+    report = json.loads((folder / "report.json").read_text())
+    return Page(report_folder(folder).read_text(encoding="utf-8")), report
+
+
+def test_every_figure_has_the_exact_value_of_report_json(tmp_path):
+    page, report = read(lattice_folder(tmp_path))
+    assert {"sphere_count", "solid_fraction.filled", "overlap.overlap_max", "contacts.2.mean"} <= set(
+        page.values
+    )
+    for key, value in page.values.items():
+        found = report
+        for step in key.split("."):
+            found = found[int(step)] if step.isdigit() else found[step]
+        assert value == found, key
+
+
+def test_the_page_holds_report_json_itself(tmp_path):
+    folder = lattice_folder(tmp_path)
+    page, _ = read(folder)
+    assert json.loads(page.scripts["report-data"]) == json.loads((folder / "report.json").read_text())
+
+
+def test_the_page_loads_nothing(tmp_path):
+    page, _ = read(lattice_folder(tmp_path))
+    assert set(page.loaded) <= {"data:,"}
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert (
+        re.search(
+            r"https?:|//[a-z]|@import|url\(|fetch\(|import\(", re.sub(r"^ *//.*$", "", text, flags=re.M)
+        )
+        is None
+    )
+
+
+def test_a_complete_bed_and_a_missed_one_say_so_in_words(tmp_path):
+    for name, placed, word in (("whole", 125, "Complete"), ("part", 120, "Missed")):
+        folder = tmp_path / name
+        folder.mkdir()
+        bed = make_bed(cubic_lattice(5, 0.1)[:placed], 0.1, box_container([0, 0, 0], [1, 1, 1]))
+        result_folder(folder, bed, [Zone(125, placed)])
+        assert word in report_folder(folder).read_text(encoding="utf-8")
+
+
+def test_names_of_sets_cannot_break_the_page(tmp_path):
+    from packgen.bed import ParticleSet
+
+    name = "</script><b>ore"
+    page, _ = read(lattice_folder(tmp_path, particle_sets=(ParticleSet(name, 2500.0, "ore"),)))
+    assert json.loads(page.scripts["view-data"])["sets"] == [name]
+    assert "b" not in [tag for tag, _ in page.tags]
+
+
+def test_a_bed_without_spheres_has_a_page(tmp_path):
+    bed = make_bed(np.zeros((0, 3)), 0.1, box_container([0, 0, 0], [1, 1, 1]))
+    page, _ = read(result_folder(tmp_path, bed))
+    assert json.loads(page.scripts["view-data"])["shown"] == 0
+
+
+def test_a_report_of_an_older_version_has_a_page_with_fewer_plots(tmp_path):
+    folder = lattice_folder(tmp_path)
+    page, report = read(folder)
+    plots = sum(tag == "figure" for tag, _ in page.tags)
+    for key in ("profile", "gaps"):
+        del report[key]
+    (folder / "report.json").write_text(json.dumps(report))
+    page, _ = read(folder)
+    assert sum(tag == "figure" for tag, _ in page.tags) == plots - 2
+
+
+def test_what_a_screen_reader_needs_is_there(tmp_path):
+    page, _ = read(lattice_folder(tmp_path))
+    names = [tag for tag, _ in page.tags]
+    assert {"main", "header", "h1", "caption", "noscript"} <= set(names)
+    assert dict(page.tags[0][1]) == {"lang": "en"}
+    assert all("aria-label" in found for tag, found in page.tags if tag in {"svg", "canvas"})
+    assert next(found for tag, found in page.tags if tag == "canvas")["tabindex"] == "0"
+
+
+@pytest.mark.parametrize(("name", "text"), [("report.json", "{"), ("report.json", "{}"), ("bed.npz", "x")])
+def test_a_spoilt_folder_is_named(tmp_path, name, text):
+    folder = lattice_folder(tmp_path)
+    (folder / name).write_text(text)
+    with pytest.raises(PackgenError, match=name):
+        report_folder(folder)
+    assert not (folder / "report.html").exists()
+
+
+def test_a_validation_is_shown_with_its_verdict(tmp_path):
+    from packgen.validation.results import GravityRun, Limits, SolverReport, StepZero, validation_dict
+
+    folder = lattice_folder(tmp_path)
+    zero = StepZero(0, 0, 0.0, 0.0, 7.0, 0.0, (1, 2), None, float("nan"), 0.0, 0, None)
+    run = GravityRun(1e-4, 0.1, 10, 10, 20.0, (), 0.1, 0.0, 0.1, 0.2, 3, 0.05, 0.001, 0.001, 0.0)
+    solver = SolverReport("liggghts", "LIGGGHTS 3.8", 125, zero, run, Limits())
+    content = validation_dict({"liggghts": solver})
+    (folder / "validation.json").write_text(json.dumps(content))
+    text = report_folder(folder).read_text(encoding="utf-8")
+    assert "LIGGGHTS 3.8: not confirmed" in text
+    assert text.count("✘ missed") == 2  # the force, and the law that is no number
