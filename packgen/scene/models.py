@@ -208,9 +208,9 @@ class Params(Keys):
         lr: Learning rate of adam.
         n_epoch: Most steps for one batch (the paper's max_steps).
         patience: Steps without progress after which adam gives a batch up.
-        alpha: Weight of the distance outside the container (paper, eq. 5).
+        alpha: Weight of the overlaps (paper, eq. 5).
         beta: Weight of the height.
-        gamma: Weight of the overlaps.
+        gamma: Weight of the distance outside the container.
         tolerance: Largest overlap, as a fraction of the smaller radius; None: as the optimiser left it.
         verbosity: Steps between two reports of progress.
     """
@@ -245,7 +245,7 @@ class ValidationSpec(Keys):
         displacement_limit: Mean displacement in the gravity run, in radii.
         sinking_limit: Sinking of the centre of mass, as a fraction of its height.
         lost_limit: Spheres that may be lost.
-        free_fall_times: Length of the gravity run, in times of free fall over the bed's height.
+        free_fall_times: Length of the gravity run, in times sqrt(2 r / g) of free fall over a mean radius.
         work_budget: Sphere-steps that the gravity run may cost.
     """
 
