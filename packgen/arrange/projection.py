@@ -6,6 +6,7 @@ down go in; positions without overlap come out, and the few spheres that found n
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -35,6 +36,7 @@ class Recipe:
         give_up: (sweeps after the sinking, overlap): spheres deeper in another than this are thrown back.
         sweeps_max: Sweeps after the sinking; whatever still overlaps then is thrown back.
         retry: Sweeps until what then still overlaps is thrown back, and so on.
+        throw_share: Largest share of the layer's spheres that is thrown back at a time.
         tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: stop after
             the sinking, whatever overlaps.
     """
@@ -52,6 +54,7 @@ class Recipe:
     give_up: tuple[tuple[int, float], ...] = ((10, 0.1), (20, 0.03), (30, 0.01), (45, 0.003))
     sweeps_max: int = 70
     retry: int = 15
+    throw_share: float = 0.05
     tolerance: float | None = 1.0e-6
 
     def fall(self, number: int) -> float:
@@ -208,6 +211,10 @@ def _end_game(
     out = blame > max(limit, allowed) if limit is not None else np.zeros(len(blame), bool)
     if not out.any():
         return True, False
+    most = math.ceil(recipe.throw_share * layer.moving)
+    if out.sum() > most:
+        # A layer that is overfull: nearly all overlap, but not nearly all have to go.
+        out[np.argsort(-blame, kind="stable")[most:]] = False
     stats.thrown_back += int(out.sum())
     layer.drop(out)
     return False, layer.moving == 0
