@@ -88,7 +88,9 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
         if off is not None:
             key = f"sizes.{place}.by_mass.distance_max"
             figures.append(
-                Figure(f"Size curve of {each['name']}, off by", f"{off:.2%} by mass", key=key, exact=off)
+                Figure(
+                    f"Size curve of {each['name']}, off by", f"{100 * off:.2g} % by mass", key=key, exact=off
+                )
             )
     return figures
 

@@ -40,6 +40,8 @@ def curves(title: str, x_label: str, y_label: str, series: Sequence[Series]) -> 
         y_label: Label of the ordinate.
         series: The curves; at least one with a point.
     """
+    legend = [each for each in series if each.label]
+    top = TOP + 18.0 * math.ceil(len(legend) / 2)
     x_low, x_high, x_ticks = ticks([x for each in series for x in each.x])
     y_low, y_high, y_ticks = ticks([y for each in series for y in each.y])
 
@@ -47,11 +49,11 @@ def curves(title: str, x_label: str, y_label: str, series: Sequence[Series]) -> 
         return LEFT + (x - x_low) / (x_high - x_low) * (WIDTH - LEFT - RIGHT)
 
     def down(y: float) -> float:
-        return HEIGHT - BOTTOM - (y - y_low) / (y_high - y_low) * (HEIGHT - TOP - BOTTOM)
+        return HEIGHT - BOTTOM - (y - y_low) / (y_high - y_low) * (HEIGHT - top - BOTTOM)
 
     parts = []
     for tick in x_ticks:
-        parts.append(_line(across(tick), TOP, across(tick), HEIGHT - BOTTOM, "grid"))
+        parts.append(_line(across(tick), top, across(tick), HEIGHT - BOTTOM, "grid"))
         parts.append(_text(across(tick), HEIGHT - BOTTOM + 16, _number(tick), "middle"))
     for tick in y_ticks:
         parts.append(_line(LEFT, down(tick), WIDTH - RIGHT, down(tick), "grid"))
@@ -64,8 +66,8 @@ def curves(title: str, x_label: str, y_label: str, series: Sequence[Series]) -> 
         else:
             path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
             parts.append(f'<polyline class="{colour}" points="{path}"{DASHES[each.style]}/>')
-    parts += _legend([each for each in series if each.label])
-    return _svg(title, parts, x_label, y_label)
+    parts += _legend(legend)
+    return _svg(title, parts, x_label, y_label, top=top)
 
 
 def bars(title: str, x_label: str, y_label: str, names: Sequence[str], values: Sequence[float]) -> str:
@@ -120,18 +122,20 @@ def ticks(values: Sequence[float]) -> tuple[float, float, list[float]]:
     return first * step, last * step, [place * step for place in range(first, last + 1)]
 
 
-def _svg(title: str, parts: Sequence[str], x_label: str, y_label: str, height: float = HEIGHT) -> str:
+def _svg(
+    title: str, parts: Sequence[str], x_label: str, y_label: str, height: float = HEIGHT, top: float = TOP
+) -> str:
     frame = []
     if x_label:
         frame.append(_text((LEFT + WIDTH - RIGHT) / 2.0, HEIGHT - 8.0, x_label, "middle"))
         frame.append(_line(LEFT, HEIGHT - BOTTOM, WIDTH - RIGHT, HEIGHT - BOTTOM, "axis"))
     if y_label:
-        middle = (TOP + HEIGHT - BOTTOM) / 2.0
+        middle = (top + HEIGHT - BOTTOM) / 2.0
         frame.append(
             f'<text transform="translate(14 {middle:.0f}) rotate(-90)" text-anchor="middle">'
             f"{escape(y_label)}</text>"
         )
-        frame.append(_line(LEFT, TOP, LEFT, HEIGHT - BOTTOM, "axis"))
+        frame.append(_line(LEFT, top, LEFT, HEIGHT - BOTTOM, "axis"))
     body = "".join([*parts, *frame])
     return (
         f'<svg viewBox="0 0 {WIDTH:.0f} {height:.0f}" role="img" aria-label="{escape(title)}">'
@@ -142,7 +146,8 @@ def _svg(title: str, parts: Sequence[str], x_label: str, y_label: str, height: f
 def _legend(series: Sequence[Series]) -> list[str]:
     parts = []
     for place, each in enumerate(series):
-        x, y, colour = LEFT + 12.0, TOP + 14.0 + 17.0 * place, f"c{each.colour % 6}"
+        x, y = LEFT + (place % 2) * (WIDTH - LEFT - RIGHT) / 2.0, TOP + 6.0 + 18.0 * (place // 2)
+        colour = f"c{each.colour % 6}"
         if each.style == "dots":
             parts.append(f'<circle class="{colour}" cx="{x + 12:.0f}" cy="{y - 4:.0f}" r="4"/>')
         else:

@@ -4,7 +4,7 @@
 (() => {
   const data = JSON.parse(document.getElementById("view-data").textContent);
   const canvas = document.getElementById("view");
-  const context = canvas.getContext("2d");
+  const context = canvas.getContext("2d", {willReadFrequently: true});  // kept in main memory, where it is drawn
   const say = document.getElementById("view-legend");
   const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
   const sphere = new Float32Array(bytes(data.sphere)), label = new Int32Array(bytes(data.label));
@@ -16,7 +16,7 @@
   const ramp = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
   const channels = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
   const red = new Float32Array(count), green = new Float32Array(count), blue = new Float32Array(count);
-  let depth = new Float32Array(0), image = null, pixels = null, waiting = false, finer = 0;
+  let depth = new Float32Array(0), image = null, pixels = null, waiting = 0, finer = 0, slow = false;
 
   function along(share) {
     const at = Math.min(Math.max(share, 0), 1) * (ramp.length - 1), low = Math.min(Math.floor(at), ramp.length - 2);
@@ -129,19 +129,18 @@
     canvas.dataset.drawn = String(Number(canvas.dataset.drawn || 0) + 1);
   }
 
+  // Coarse while it moves on a slow machine, fine again soon after.
   function draw(fineness) {
     clearTimeout(finer);
     if (fineness < 1) finer = setTimeout(() => draw(1), 160);
-    if (waiting) return;
-    waiting = true;
-    requestAnimationFrame(() => {
-      waiting = false;
-      const from = performance.now();
-      render(fineness);
-      slow = performance.now() - from > 40 || (fineness < 1 && slow);
+    if (!waiting) requestAnimationFrame(() => {
+      const now = waiting, from = performance.now();
+      waiting = 0;
+      render(now);
+      slow = performance.now() - from > 40 || (now < 1 && slow);
     });
+    waiting = Math.max(waiting, fineness);
   }
-  let slow = false;
   const moved = () => draw(slow ? 0.5 : 1);
 
   function turn(azimuth, elevation) {

@@ -16,7 +16,7 @@ def test_ticks_enclose_the_values_and_are_few(values):
 
 
 def test_the_ends_of_a_curve_lie_in_the_frame():
-    text = svg.curves("a < b", "x", "y", [svg.Series("s & t", [0.0, 10.0], [5.0, 7.0])])
+    text = svg.curves("a < b", "x", "y", [svg.Series("", [0.0, 10.0], [5.0, 7.0])])
     line = next(each for each in ElementTree.fromstring(text).iter() if each.tag == "polyline")
     points = [tuple(map(float, pair.split(","))) for pair in line.attrib["points"].split()]
     assert points[0] == (svg.LEFT, svg.HEIGHT - svg.BOTTOM)
