@@ -16,6 +16,8 @@ FURNACE = ((0.0, 1.2), (7.0, 3.25), (26.0, 3.25), (32.0, 1.0))
 # to about 0.77 m, so that the 300 large ones of the second, between 0.8 and 1.5 m, rest on them.
 CONE = ((0.0, 0.02), (1.8, 0.812))
 SPHERE_HEIGHT, SPHERE_RADIUS = 0.5, 0.55
+# A standard stirred tank [m]: four baffles a tenth of its diameter wide.
+TANK_RADIUS, TANK_HEIGHT, BAFFLES, BAFFLE_WIDTH, BAFFLE_GAP = 0.5, 1.0, 4, 0.1, 0.05
 
 
 def revolved(profile: tuple[tuple[float, float], ...], facets: int) -> np.ndarray:
@@ -63,6 +65,18 @@ def write_stl(path: Path, triangles: np.ndarray) -> None:
     path.write_bytes(header + np.uint32(len(facets)).tobytes() + facets.tobytes())
 
 
+def tank() -> np.ndarray:
+    """Return a tank without its stirrer: a cylinder with baffles, sheets of no thickness at its wall."""
+    shell = revolved(((0.0, TANK_RADIUS), (TANK_HEIGHT, TANK_RADIUS)), 96)
+    angle = 2.0 * np.pi * np.arange(BAFFLES) / BAFFLES
+    outward = np.stack([np.cos(angle), np.sin(angle), np.zeros(BAFFLES)], axis=1)
+    low, high = np.array([0.0, 0.0, BAFFLE_GAP]), np.array([0.0, 0.0, TANK_HEIGHT - BAFFLE_GAP])
+    # A corner of the 96-gon lies behind each baffle: it reaches the wall.
+    outer, inner = TANK_RADIUS * outward, (TANK_RADIUS - BAFFLE_WIDTH) * outward
+    halves = [(outer + low, inner + low, inner + high), (outer + low, inner + high, outer + high)]
+    return np.concatenate([shell, *(np.stack(half, axis=1) for half in halves)])
+
+
 def main() -> None:
     """Write all surfaces."""
     folder = Path(__file__).parent
@@ -74,6 +88,7 @@ def main() -> None:
     write_stl(folder / "furnace.stl", revolved(FURNACE, 96))
     write_stl(folder / "cone.stl", revolved(CONE, 96))
     write_stl(folder / "sphere.stl", revolved(ball, 48))
+    write_stl(folder / "tank.stl", tank())
 
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ class FusedLayer:
     neighbor: Int32Array = field(init=False)
     wall_begin: Int64Array = field(init=False)
     wall_item: Int32Array = field(init=False)
+    wall_room: Float64Array = field(init=False)
     owners: int = 0
 
     def __post_init__(self) -> None:
@@ -43,6 +44,7 @@ class FusedLayer:
         self.identity = np.arange(self.moving)
         self.neighbor = np.empty(24 * len(self.ball) + 4096, np.int32)
         self.wall_item = np.empty(2 * self.moving + 4096, np.int32)
+        self.wall_room = np.empty(len(self.wall_item))
         self.shift = np.empty((self.moving, 3))
 
     def rebuild(self, skin: float) -> None:
@@ -81,11 +83,12 @@ class FusedLayer:
             wall_candidates(
                 self.ball, self.moving, skin, walls.kind, walls.row, walls.map_origin,
                 walls.map_size, walls.map_cells, walls.map_start, walls.map_item,
-                self.wall_begin, self.wall_item,
+                self.wall_begin, self.wall_item, self.wall_room,
             )
             < 0
         ):  # fmt: skip
             self.wall_item = np.empty(2 * len(self.wall_item), np.int32)
+            self.wall_room = np.empty(len(self.wall_item))
 
     def sweep(
         self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
@@ -93,8 +96,8 @@ class FusedLayer:
         """Run one sweep; see ``kernels.sweep.sweep``."""
         worst, strays = sweep(
             self.ball, self.previous, self.shift, self.anchor, self.moving, self.owners,
-            self.begin, self.neighbor, self.wall_begin, self.wall_item, self.walls.kind, self.walls.row,
-            sink, momentum, relaxation, stride, skin,
+            self.begin, self.neighbor, self.wall_begin, self.wall_item, self.wall_room, self.walls.kind,
+            self.walls.row, sink, momentum, relaxation, stride, skin,
         )  # fmt: skip
         return float(worst), int(strays)
 

@@ -13,7 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label as connected
 
-from packgen.arrange.kernels.inside import CUT, INSIDE, mark_cut, points_inside, winding_numbers
+from packgen.arrange.kernels.inside import (
+    CUT,
+    INSIDE,
+    first_members,
+    mark_cut,
+    points_inside,
+    winding_numbers,
+)
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
 from packgen.geometry import Surface
@@ -82,12 +89,10 @@ def _label_regions(
 ) -> None:
     """Label each region of cells that no wall enters by the winding numbers of one of its cells."""
     region, count = connected((label != CUT).reshape(tuple(cells[::-1])))
-    flat = region.ravel()
-    members = np.bincount(flat, minlength=count + 1)[1:]
-    first = np.zeros(count + 1, np.int64)
-    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)
+    flat = region.ravel().astype(np.int32, copy=False)
+    first, members = first_members(flat, count)
     affordable = max(ANGLES_MAX // max(sum(len(each) for each in corners), 1), 32)
-    chosen = np.argsort(-members, kind="stable")[:affordable]
+    chosen = np.argsort(-members[1:], kind="stable")[:affordable]
     z, rest = np.divmod(first[1 + chosen], int(cells[1] * cells[0]))
     y, x = np.divmod(rest, int(cells[0]))
     middle = origin + (np.column_stack([x, y, z]) + 0.5) * size

@@ -44,14 +44,16 @@ class PlainLayer:
         ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
         walls = self.walls
         begin, item = np.empty(self.moving + 1, np.int64), np.empty(4096 + 2 * self.moving, np.int32)
+        room = np.empty(len(item))
         while (
             wall_candidates(
                 ball, self.moving, skin, walls.kind, walls.row, walls.map_origin, walls.map_size,
-                walls.map_cells, walls.map_start, walls.map_item, begin, item,
+                walls.map_cells, walls.map_start, walls.map_item, begin, item, room,
             )
             < 0
         ):  # fmt: skip
             item = np.empty(2 * len(item), np.int32)
+            room = np.empty(len(item))
         count = np.diff(begin)
         sphere = np.repeat(np.arange(self.moving), count)
         rank = np.arange(begin[-1]) - begin[sphere]

@@ -84,7 +84,7 @@ def wall_table(
     item = curved[item].astype(np.int32)
     if meshed:
         others = map_triangles(row[flat], origin, size, cells, reach)
-        start, item = merged_maps(start, item, others[0], flat[others[1]].astype(np.int32))
+        start, item = merged_maps(start, item, others[0], flat.astype(np.int32)[others[1]])
     return WallTable(kind, row, origin, size, cells, start, item, reach)
 
 
@@ -93,7 +93,7 @@ def _map_grid(
 ) -> tuple[Float64Array, float, Int64Array]:
     extent = bounds[1] - bounds[0]
     # Many triangles: finer cells, so that a sphere looks at few that it cannot touch.
-    wanted, most = (0.7, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
+    wanted, most = (1.0, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
     size = max(wanted * radius_max, float(np.cbrt(np.prod(extent) / most)))
     return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
 

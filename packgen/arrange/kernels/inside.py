@@ -149,6 +149,14 @@ def map_triangles(  # type: ignore[no-untyped-def]
                     high[axis] = min(math.floor(most / size), cells[axis] - 1)
                 if empty:
                     continue
+                gx = (piece[0] + piece[3] + piece[6]) / 3.0
+                gy = (piece[1] + piece[4] + piece[7]) / 3.0
+                gz = (piece[2] + piece[5] + piece[8]) / 3.0
+                wide = 0.0
+                for k in range(0, 9, 3):
+                    square = (piece[k] - gx) ** 2 + (piece[k + 1] - gy) ** 2 + (piece[k + 2] - gz) ** 2
+                    wide = max(wide, square)
+                far = (radius + math.sqrt(wide)) ** 2
                 for cz in range(low[2], high[2] + 1):
                     z = origin[2] + (cz + 0.5) * size
                     for cy in range(low[1], high[1] + 1):
@@ -159,10 +167,15 @@ def map_triangles(  # type: ignore[no-untyped-def]
                             if last[cell] == f:
                                 continue
                             x = origin[0] + (cx + 0.5) * size
-                            px, py, pz = closest_on_triangle(x, y, z, piece)
-                            px, py, pz = px - x, py - y, pz - z
-                            if px * px + py * py + pz * pz >= radius * radius:
+                            # The distance to the centroid decides nearly always.
+                            square = (x - gx) ** 2 + (y - gy) ** 2 + (z - gz) ** 2
+                            if square >= far:
                                 continue
+                            if square >= radius * radius:
+                                px, py, pz = closest_on_triangle(x, y, z, piece)
+                                px, py, pz = px - x, py - y, pz - z
+                                if px * px + py * py + pz * pz >= radius * radius:
+                                    continue
                             last[cell] = f
                             if counting:
                                 start[cell + 1] += 1
@@ -191,6 +204,20 @@ def merged_maps(  # type: ignore[no-untyped-def]
             joined[at] = item_other[k]
             at += 1
     return both, joined
+
+
+@njit(cache=True, error_model="numpy")
+def first_members(  # type: ignore[no-untyped-def]
+    region: NDArray[np.int32], count: int
+):
+    """Return (first cell of each region, shape (count + 1,); number of its cells, shape (count + 1,))."""
+    first = np.full(count + 1, -1, np.int64)
+    members = np.zeros(count + 1, np.int64)
+    for cell in range(len(region)):
+        if first[region[cell]] < 0:
+            first[region[cell]] = cell
+        members[region[cell]] += 1
+    return first, members
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from packgen.arrange.kernels.walls import wall_gap
+from packgen.arrange.kernels.walls import out_of_reach, wall_gap
 
 
 @njit(cache=True, error_model="numpy")
@@ -30,6 +30,7 @@ def wall_candidates(
     map_item: NDArray[np.int32],
     begin: NDArray[np.int64],
     item: NDArray[np.int32],
+    room: NDArray[np.float64],
 ) -> int:
     """List the wall features that each moving sphere can reach before the next rebuild.
 
@@ -46,6 +47,7 @@ def wall_candidates(
         map_item: Features near each cell.
         begin: Out: first entry of each sphere, shape (moving + 1,).
         item: Out: features.
+        room: Out: how far the sphere is from each [m], as long as ``item``.
 
     Returns:
         Number of entries, or -1 where ``item`` is too short.
@@ -64,8 +66,12 @@ def wall_candidates(
             return -1
         for k in range(low, high):
             feature = map_item[k]
-            if wall_gap(kind[feature], row[feature], x, y, z, radius)[0] < 0.5 * skin * radius:
+            if out_of_reach(kind[feature], row[feature], x, y, z, (1.0 + 0.5 * skin) * radius):
+                continue
+            gap = wall_gap(kind[feature], row[feature], x, y, z, radius)[0]
+            if gap < 0.5 * skin * radius:
                 item[total] = feature
+                room[total] = gap
                 total += 1
     begin[moving] = total
     return total
@@ -156,6 +162,7 @@ def sweep(  # type: ignore[no-untyped-def]
     neighbor: NDArray[np.int32],
     wall_begin: NDArray[np.int64],
     wall_item: NDArray[np.int32],
+    wall_room: NDArray[np.float64],
     kind: NDArray[np.int8],
     row: NDArray[np.float64],
     sink: NDArray[np.float64],
@@ -177,6 +184,7 @@ def sweep(  # type: ignore[no-untyped-def]
         neighbor: The other sphere of each pair.
         wall_begin: First wall entry of each moving sphere.
         wall_item: Features within reach.
+        wall_room: Gap to each of them when the list was built [m].
         kind: Kind of each feature.
         row: The features.
         sink: Displacement before the sweep [m], shape (3,).
@@ -210,14 +218,26 @@ def sweep(  # type: ignore[no-untyped-def]
         x, y, z = ball[i, 0] + sx, ball[i, 1] + sy, ball[i, 2] + sz
         # Where several walls meet, putting back from one may push into the next: go round twice.
         rounds = min(wall_begin[i + 1] - wall_begin[i], 2)
+        travel = 0.0
+        if rounds > 0:
+            dx = x - anchor[i, 0]
+            dy = y - anchor[i, 1]
+            dz = z - anchor[i, 2]
+            travel = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9 * radius
         for _ in range(rounds):
             for k in range(wall_begin[i], wall_begin[i + 1]):
+                # No gap shrinks by more than the sphere moves: most features are still out of touch.
+                if wall_room[k] > travel:
+                    continue
                 feature = wall_item[k]
+                if out_of_reach(kind[feature], row[feature], x, y, z, radius):
+                    continue
                 gap, nx, ny, nz = wall_gap(kind[feature], row[feature], x, y, z, radius)
                 if gap < 0.0:
                     x -= gap * nx
                     y -= gap * ny
                     z -= gap * nz
+                    travel -= gap
         ball[i, 0], ball[i, 1], ball[i, 2] = x, y, z
         dx = x - anchor[i, 0]
         dy = y - anchor[i, 1]

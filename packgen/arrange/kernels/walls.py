@@ -72,6 +72,15 @@ def closest_on_triangle(  # type: ignore[no-untyped-def]
     return ax + v * abx + w * acx, ay + v * aby + w * acy, az + v * abz + w * acz
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def out_of_reach(kind: int, row: NDArray[np.float64], x: float, y: float, z: float, reach: float) -> bool:
+    """Tell, for the price of a plane, that a point is ``reach`` or more from a triangle; False: maybe."""
+    if kind != TRIANGLE:
+        return False
+    height = (x - row[0]) * row[9] + (y - row[1]) * row[10] + (z - row[2]) * row[11]
+    return bool(abs(height) >= reach)
+
+
 @njit(cache=True, error_model="numpy")
 def wall_gap(  # type: ignore[no-untyped-def]
     kind: int, row: NDArray[np.float64], x: float, y: float, z: float, radius: float
