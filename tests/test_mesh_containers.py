@@ -147,3 +147,23 @@ def test_a_vessel_with_a_hole_in_its_side_is_refused(tmp_path):
     mesh.update_faces(np.arange(len(mesh.faces)) != 7)
     with pytest.raises(GeometryError, match=r"has holes \(3 boundary edges around .*close it"):
         read_scene(tmp_path, {"path": meshes.saved(mesh, tmp_path)}, constant(RADIUS))
+
+
+def test_a_lance_that_reaches_out_of_an_open_top_is_solid_throughout(tmp_path):
+    lance = trimesh.creation.cylinder(0.15, 3.0, sections=24)
+    lance.apply_translation([0.0, 0.0, 1.8])
+    mesh = meshes.joined(meshes.revolved([(0, 0), (1, 0), (1, 2)]), lance)
+    bed = run_scene(tmp_path, {"path": meshes.saved(mesh, tmp_path)}, constant(0.1)).bed
+    axis = np.hypot(bed.position[:, 0], bed.position[:, 1])
+    assert (bed.position[:, 2] <= 2.0).all()
+    assert (axis[bed.position[:, 2] > 0.3] > 0.15).all()
+    assert bed.count > 600
+
+
+def test_a_tube_through_both_walls_is_solid(tmp_path):
+    turned = trimesh.transformations.rotation_matrix(0.5 * math.pi, [0.0, 1.0, 0.0])
+    tube = trimesh.creation.cylinder(0.2, 3.0, sections=24, transform=turned)
+    shell = meshes.revolved([(0, -1), (1, -1), (1, 1), (0, 1)])
+    bed = run_scene(tmp_path, {"path": meshes.saved(meshes.joined(shell, tube), tmp_path)}, constant(0.1)).bed
+    assert (np.hypot(bed.position[:, 1], bed.position[:, 2]) > 0.2).all()
+    assert (np.hypot(bed.position[:, 0], bed.position[:, 1]) < 1.0).all()

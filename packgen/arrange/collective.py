@@ -59,7 +59,7 @@ def arrange(task: Task) -> Spheres:
         smallest = min(zone.supply.radius_min for zone in task.zones)
         raise PackingError(
             f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); "
-            "expected a larger container or smaller spheres"
+            "expected a larger container or smaller spheres; are the `units` of the mesh right?"
         )
     return pile.all()
 
