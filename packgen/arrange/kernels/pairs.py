@@ -134,12 +134,13 @@ def append_range(  # type: ignore[no-untyped-def]
 ):
     """Append the spheres of ``begin:end`` in reach of sphere i; written without a branch to mispredict."""
     x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
-    for j in range(begin, end):
+    for candidate in range(begin, end):
+        j = np.uint64(candidate)  # unsigned: no code for negative indices
         dx = x - ball[j, 0]
         dy = y - ball[j, 1]
         dz = z - ball[j, 2]
         reach = (radius + ball[j, 3]) * grow
-        neighbor[total] = j
+        neighbor[np.uint64(total)] = candidate
         total += dx * dx + dy * dy + dz * dz < reach * reach
     return total
 
