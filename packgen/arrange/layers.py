@@ -45,8 +45,8 @@ class LayerPlan:
         buffer: Depth below that to which fixed spheres are kept at hand.
     """
 
-    thickness: float = 2.0
-    reopened: float = 1.5
+    thickness: float = 2.5
+    reopened: float = 1.25
     buffer: float = 1.0
 
 
