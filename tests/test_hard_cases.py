@@ -172,6 +172,13 @@ def test_a_flat_sided_mesh_of_100_000_facets_is_its_sides(tmp_path):
     assert solid_fraction(run_scene(tmp_path, {"path": "fine.stl"}, uniform(0.05, 0.06))) > 0.5
 
 
+@pytest.mark.slow
+def test_a_finely_curved_mesh_of_80_000_facets_fills_as_its_sphere(tmp_path):
+    trimesh.creation.icosphere(subdivisions=6, radius=0.6).export(tmp_path / "fine.stl")
+    result = run_scene(tmp_path, {"path": "fine.stl"}, uniform(0.05, 0.06))
+    assert solid_fraction(result) == pytest.approx(0.55, abs=0.03)
+
+
 AXES = ["x", "-x", "y", "-y", "z", "-z", [1, 1, 1], [0.3, -0.5, -0.2]]
 
 

@@ -7,10 +7,20 @@ from scipy.spatial import ConvexHull, QhullError
 
 from packgen.arrays import Float64Array
 from packgen.errors import GeometryError
-from packgen.geometry import Polyhedron, Surface
+from packgen.geometry import Mesh, Polyhedron, Surface
 
 FLATNESS = 1.0e-6
 """Corners this close to a hull plane (as a fraction of the extent) lie on it: float32 files round by 1e-7."""
+
+PLANES_MAX = 1000
+"""A convex surface of more planes keeps its triangles: a sphere is near few of those but many planes."""
+
+EXACT_MAX = 2000
+"""Points whose hull QHULL finds exactly; more it joggles, by 1e-11 of their extent: a flat polygon of n
+corners would take it a time that goes with n squared."""
+
+FLAT = 1.0e-9
+"""A hull of less volume (as a fraction of the extent's cube) is flat: joggling alone makes 1e-11."""
 
 
 def enclosed_volume(vertices: Float64Array, faces: np.ndarray) -> float:
@@ -19,7 +29,7 @@ def enclosed_volume(vertices: Float64Array, faces: np.ndarray) -> float:
     return float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0)
 
 
-def convex_hull(vertices: Float64Array, place: str) -> tuple[Polyhedron, float]:
+def convex_hull(vertices: Float64Array, place: str) -> tuple[Polyhedron | Mesh, float]:
     """Return the convex hull of points (the paper's container, section III-B) and its volume [m3].
 
     Args:
@@ -27,34 +37,58 @@ def convex_hull(vertices: Float64Array, place: str) -> tuple[Polyhedron, float]:
         place: Where the scene names them, for messages.
 
     Returns:
-        (the hull with outward planes and its own triangles, volume).
+        (the hull: its planes and triangles, or only these where it is too finely curved; its volume).
 
     Raises:
         GeometryError: The points lie in a plane.
     """
+    # About their middle: QHULL's tolerances go with the largest coordinate.
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    centred = vertices - middle
     try:
-        hull = ConvexHull(vertices)
-    except QhullError as error:
-        raise GeometryError(f"{place}: the mesh is flat: its corners span no volume") from error
-    equations = np.unique(np.round(hull.equations, 13), axis=0)
-    normal = equations[:, :3] / np.linalg.norm(equations[:, :3], axis=1, keepdims=True)
-    offset = _tightened(normal, -equations[:, 3], vertices)
+        hull = ConvexHull(centred, qhull_options="Qt" if len(vertices) <= EXACT_MAX else "QJ")
+        flat = hull.volume < FLAT * float(np.ptp(centred, axis=0).max()) ** 3
+    except QhullError:
+        flat = True
+    if flat:
+        raise GeometryError(f"{place}: the mesh is flat: its corners span no volume")
     used, faces = np.unique(hull.simplices, return_inverse=True)
     surface = _outward(Surface(vertices[used], faces.reshape(-1, 3)))
-    return Polyhedron(normal, offset, surface), float(hull.volume)
+    planes = _main_planes(hull, centred)
+    if planes is None:
+        return Mesh(surface), float(hull.volume)
+    normal, offset = planes
+    return Polyhedron(normal, offset + normal @ middle, surface), float(hull.volume)
 
 
-def _tightened(normal: Float64Array, offset: Float64Array, vertices: Float64Array) -> Float64Array:
-    """Return offsets moved in to the innermost corner of each facet.
+def _main_planes(hull: ConvexHull, vertices: Float64Array) -> tuple[Float64Array, Float64Array] | None:
+    """Return the planes that bound a hull, large facets' first; None: they are too many.
 
-    A sphere inside such a plane cannot cut the facet's triangles: their corners lie on the plane or beyond.
+    A facet whose corners all lie on the plane of a larger one needs no plane of its own. Each plane is moved
+    in to the innermost of the points that lie on it: a sphere inside it cannot cut a triangle between them.
+
+    Returns:
+        (outward unit normals, shape (P, 3); offsets [m], shape (P,)).
     """
     slack = FLATNESS * float(np.ptp(vertices, axis=0).max())
-    tight = offset.copy()
-    for index in range(len(offset)):
-        height = vertices @ normal[index]
-        tight[index] = height[height > offset[index] - slack].min()
-    return tight
+    corners = vertices[hull.simplices]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    covered = np.zeros(len(area), bool)
+    normals: list[Float64Array] = []
+    offsets: list[float] = []
+    for facet in np.argsort(-area, kind="stable"):
+        if covered[facet]:
+            continue
+        if len(offsets) == PLANES_MAX:
+            return None
+        normal = hull.equations[facet, :3] / np.linalg.norm(hull.equations[facet, :3])
+        height = vertices @ normal
+        top = float(height[hull.simplices[facet]].min())
+        covered |= (height > top - 0.5 * slack)[hull.simplices].all(axis=1)
+        covered[facet] = True
+        normals.append(normal)
+        offsets.append(float(height[height > top - slack].min()))
+    return np.array(normals), np.array(offsets)
 
 
 def _outward(surface: Surface) -> Surface:

@@ -17,9 +17,6 @@ from packgen.container.topology import boundary_edges, describe_holes, stitched
 from packgen.errors import GeometryError
 from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Slice, Surface
 
-PLANES_MAX = 1000
-"""A convex mesh of more planes keeps its triangles: a sphere is near few of those, and near many planes."""
-
 if TYPE_CHECKING:
     from packgen.scene import Scene
     from packgen.scene.models import ContainerSpec, LocationSpec, PrimitiveSpec
@@ -121,7 +118,8 @@ def _mesh(
     if vessel.turned:
         warn(f"{spec.path.name}: {vessel.turned} facets turned to agree with their neighbours")
     simple = vessel.shells == 1 and vessel.sheets == 0
-    if simple and is_convex(vessel.closed, hull_volume, vessel.volume) and len(hull.normal) <= PLANES_MAX:
+    convex = simple and is_convex(vessel.closed, hull_volume, vessel.volume)
+    if convex and isinstance(hull, Polyhedron):
         return Polyhedron(hull.normal, hull.offset, vessel.walls), vessel.walls, hull_volume
     return Mesh(vessel.closed), vessel.walls, vessel.volume
 

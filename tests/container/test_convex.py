@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-from packgen.container.convex import convex_hull, enclosed_volume, is_convex
+from packgen.container.convex import EXACT_MAX, convex_hull, enclosed_volume, is_convex
 from packgen.errors import GeometryError
-from packgen.geometry import Surface
+from packgen.geometry import Mesh, Surface
 
 
 def points_of(seed, count=60):
@@ -79,9 +79,40 @@ def test_the_hulls_largest_ball_is_that_of_linear_programming():
     assert found.x[3] == pytest.approx(1.0 - 1.0 / np.sqrt(3.0), rel=1e-5)
 
 
-def test_coplanar_points_span_no_volume():
+@pytest.mark.parametrize("count", [4, 3000])
+def test_coplanar_points_span_no_volume(count):
+    points = np.random.default_rng(0).uniform(-1, 1, (count, 3)) * [1.0, 1.0, 0.0] + 7.0
     with pytest.raises(GeometryError, match=r"here: .*flat"):
-        convex_hull(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]]), "here")
+        convex_hull(points, "here")
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_flat_sides_of_many_facets_are_one_plane_each(shift):
+    mesh = trimesh.creation.box([1.0, 2.0, 3.0])
+    for _ in range(5):
+        mesh = mesh.subdivide()
+    assert len(mesh.vertices) > EXACT_MAX
+    hull, volume = convex_hull(mesh.vertices + shift, "here")
+    assert volume == pytest.approx(6.0, rel=1e-6)
+    assert len(hull.normal) == 6
+    assert np.abs(hull.normal).max(axis=1) == pytest.approx(1.0, abs=1e-8)
+    assert hull.offset - shift * hull.normal.sum(axis=1) == pytest.approx(
+        np.abs(hull.normal) @ [0.5, 1.0, 1.5], abs=1e-5
+    )
+
+
+def test_a_finely_curved_hull_keeps_its_triangles():
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    hull, volume = convex_hull(mesh.vertices, "here")
+    assert isinstance(hull, Mesh)
+    assert volume == pytest.approx(mesh.volume, rel=1e-8)
+    assert enclosed_volume(hull.surface.vertices, hull.surface.faces) == pytest.approx(volume)
+
+
+def test_a_polygon_of_thousands_of_corners_does_not_take_qhull_minutes():
+    mesh = trimesh.creation.cylinder(radius=0.5, height=2.0, sections=6000)
+    _, volume = convex_hull(mesh.vertices, "here")
+    assert volume == pytest.approx(mesh.volume, rel=1e-6)
 
 
 def test_a_dent_makes_a_mesh_not_convex():
