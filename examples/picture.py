@@ -23,7 +23,7 @@ def draw(folder: Path, picture: Path, width: int = 1000, height: int = 1400) -> 
     with np.load(folder / "bed.npz") as bed:
         position, radius = bed["position"], bed["radius"]
     depth = position[:, 1] - np.median(position[:, 1])
-    top = position[:, 2] > np.quantile(position[:, 2], 0.99)
+    top = position[:, 2] > np.quantile(position[:, 2], 0.88)  # seen from above
     seen = (depth >= 0.0) & ((depth < 8.0 * radius.max()) | top)  # the rest is hidden behind these
     cloud = pyvista.PolyData(position[seen])
     cloud["radius [m]"] = radius[seen]

@@ -88,6 +88,11 @@ def pack(
         GeometryError: A location cannot be read.
     """
     _check_device(device)
+    if any(container.periodic):
+        place = scene.mark("container.periodic")
+        raise PackingError(
+            f"{place}: container.periodic: not supported yet; leave it out for a box with walls"
+        )
     algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
     seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
     zones = []

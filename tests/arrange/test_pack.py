@@ -12,9 +12,11 @@ from scipy.spatial import cKDTree
 from packgen.arrange.pack import ALGORITHMS, find_algorithm, pack
 from packgen.arrange.region import ColumnMap, gravity_frame, make_region
 from packgen.arrange.spheres import Pile, Spheres
+from packgen.container import load_container
 from packgen.errors import PackingError, SceneError
 from packgen.geometry import Slice
 from packgen.radii import Supply
+from packgen.scene import load_scene
 from tests.beds import box_container
 from tests.scenes import assert_sound, box, constant, read_scene, run_scene, uniform
 
@@ -231,3 +233,13 @@ def test_columns_tell_their_highest_sphere():
     assert tops[place] == pytest.approx([0.65, 0.65, 0.3])
     assert np.isneginf(np.delete(tops, place)).all()
     assert np.array_equal(columns.index(columns.points(np.zeros(16))), np.arange(16))
+
+
+def test_a_periodic_box_is_refused_until_it_is_supported(tmp_path):
+    walls = "{box: {min: [0, 0, 0], max: [1, 1, 1]}, periodic: [x]}"
+    sets = "[{radius_distribution: constant, radius: 0.1}]"
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"container: {walls}\nparticle_sets: {sets}\n")
+    scene = load_scene(path)
+    with pytest.raises(PackingError, match=r"scene.yaml:1:\d+: container.periodic: not supported yet"):
+        pack(scene, load_container(scene))
