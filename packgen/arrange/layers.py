@@ -228,6 +228,8 @@ class _Zone:
         below = altitude <= self.level + 2.0 * self.plan.thickness * self.diameter
         tops = self.map.tops(front.position[below], front.radius[below])
         found = np.isfinite(tops)
+        # A bed that ends below a zone leaves the zone to stand on its own floor.
+        tops[found] = np.maximum(tops[found], self.region.floor)
         # Under a roof the bed ends: such columns say nothing of the surface, nor keep their neighbours open.
         radius = self.supply.radius_reference
         above = self.map.points(np.where(found, tops, self.level) + radius)
