@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from packgen.cli import main
 from packgen.container import load_container
@@ -70,6 +71,48 @@ def test_fig_9_of_the_paper_loads_with_its_zones():
     assert [zone.n_particles for zone in scene.zones] == [200, 300]
     assert scene.zones[0].set_proportions == (0.0, 1.0)
     assert scene.params.n_epoch == 1000
+
+
+def test_the_burden_alternates_twelve_layers_that_leave_no_gap():
+    scene = load_scene(EXAMPLES / "burden.yaml")
+    slices = [zone.location.slice for zone in scene.zones]
+    assert [zone.set_proportions for zone in scene.zones] == [(1.0, 0.0), (0.0, 1.0)] * 6
+    assert all(lower.max_bound == upper.min_bound for lower, upper in pairwise(slices))
+    assert {each.material for each in scene.particle_sets} == {"coke", "ore"}
+
+
+@pytest.mark.slow
+def test_layers_of_coke_and_ore_interlock_as_poured_ones_do(tmp_path):
+    folder = tmp_path / "burden"
+    assert main([str(EXAMPLES / "burden.yaml"), "--export", "liggghts", "-o", str(folder), "--quiet"]) == 0
+    bed = np.load(folder / "bed.npz")
+    height, radius, zone = bed["position"][:, 2], bed["radius"], bed["zone_index"]
+    for below in range(11):
+        lower, upper = zone == below, zone == below + 1
+        # the upper layer's spheres reach down between the uppermost of the lower one, by most of a radius
+        depth = (height + radius)[lower].max() - (height - radius)[upper].min()
+        assert depth > 1.5 * min(radius[lower].min(), radius[upper].min())
+        # across the seam the bed is about as dense as a layer of the coarser spheres is
+        seam = 0.5 * (height[lower].max() + height[upper].min())
+        assert 0.47 < solid_share(bed, seam, 0.4, 0.01) < 0.70
+    types = [
+        int(line.split()[1])
+        for line in (folder / "liggghts/bed.data").read_text().split("Atoms")[1].splitlines()
+        if line
+    ]
+    assert len(set(types)) == 2
+
+
+def solid_share(bed, height, radius, half):
+    """Solid fraction of a disc round z, by points."""
+    rng = np.random.default_rng(0)
+    across, angle = radius * np.sqrt(rng.random(20_000)), rng.uniform(0.0, 2.0 * np.pi, 20_000)
+    points = np.column_stack(
+        [across * np.cos(angle), across * np.sin(angle), height + half * rng.uniform(-1, 1, 20_000)]
+    )
+    near = np.abs(bed["position"][:, 2] - height) < half + bed["radius"].max()
+    distance, index = cKDTree(bed["position"][near]).query(points, k=8)
+    return float((distance < bed["radius"][near][index]).any(axis=1).mean())
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
