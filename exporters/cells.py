@@ -1,19 +1,21 @@
-"""How much of the spheres lies in each cell of a mesh, exactly, by the library ``overlap``.
+"""How much of the spheres lies in each cell, exactly: of a regular grid (`cuts`), of a mesh (``overlap``).
 
 Reference: S. Strobl, A. Formella, T. Poeschel, Exact calculation of the overlap volume of spheres and mesh
-elements, J. Comput. Phys. 311 (2016) 158. Cells are hexahedra, wedges and tetrahedra with corners in VTK's
-order. The library takes an element inside out for another one, so that those are turned first.
+elements, J. Comput. Phys. 311 (2016) 158. Cells of a mesh are hexahedra, wedges and tetrahedra with corners
+in VTK's order. The library takes an element inside out for another one, so that those are turned first.
 """
 
 from __future__ import annotations
 
-from itertools import product
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from exporters import cuts
+
 Float64Array = NDArray[np.float64]
+
+SPHERES_PER_CHUNK = 65536
+VALUES_PER_BLOCK = 1_000_000  # volumes below planes that are held at a time
 
 # The corners of an element seen as a mirror image, and the four corners whose triple product tells.
 MIRRORED = {
@@ -42,26 +44,51 @@ def grid_volumes(
     Returns:
         Volumes [m3], of ``shape``; what lies beyond the grid is in no cell.
     """
-    from overlap import Hexahedron, Sphere, overlap_volume
-
     volume = np.zeros(shape)
-    first = np.floor((position - radius[:, None] - low) / spacing).astype(np.int64)
-    last = np.floor((position + radius[:, None] - low) / spacing).astype(np.int64)
-    within = ((first == last) & (first >= 0) & (first < shape)).all(axis=1)
-    np.add.at(volume, tuple(first[within].T), 4 / 3 * np.pi * radius[within] ** 3)
-    first, last = np.maximum(first, 0), np.minimum(last, np.array(shape) - 1)
-    lower = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    corner = np.concatenate((lower, lower + np.array([0, 0, 1])))
-    bodies: dict[tuple[int, ...], Any] = {}
-    for index in np.flatnonzero(~within):
-        sphere = Sphere(position[index], float(radius[index]))
-        ranges = [range(a, b + 1) for a, b in zip(first[index].tolist(), last[index].tolist(), strict=True)]
-        for cell in product(*ranges):
-            # A grid's nodes are the same numbers in all the cells around them: no gaps, no overlaps.
-            if cell not in bodies:
-                bodies[cell] = Hexahedron(low + (np.array(cell) + corner) * spacing)
-            volume[cell] += overlap_volume(sphere, bodies[cell])
+    for start in range(0, len(radius), SPHERES_PER_CHUNK):
+        part = slice(start, start + SPHERES_PER_CHUNK)
+        _add_chunk(volume, (position[part] - low) / spacing, radius[part], spacing)
     return volume
+
+
+def _add_chunk(
+    volume: Float64Array, center: Float64Array, radius: Float64Array, spacing: Float64Array
+) -> None:
+    """Add the spheres of a chunk, their centres in cells from the grid's corner, to the cells' volumes."""
+    reach = radius[:, None] / spacing
+    first = np.floor(center - reach).astype(np.int64)
+    extent = np.floor(center + reach).astype(np.int64) - first + 1
+    # Spheres that lie in as many cells along each axis are one block of arrays.
+    for cells in np.unique(extent, axis=0):
+        members = np.flatnonzero((extent == cells).all(axis=1))
+        step = max(1, VALUES_PER_BLOCK // int((cells + 1).prod()))
+        for start in range(0, len(members), step):
+            index = members[start : start + step]
+            planes = [
+                (first[index, axis, None] + 1 + np.arange(cells[axis] - 1) - center[index, axis, None])
+                / reach[index, axis, None]
+                for axis in range(3)
+            ]
+            share = cuts.below(*(np.clip(each, -1, 1) for each in planes))
+            for axis in (1, 2, 3):
+                share = np.diff(share, axis=axis)
+            # Rounding leaves the empty corners of a block a little below 0.
+            share = np.maximum(share, 0.0) * (radius[index] ** 3)[:, None, None, None]
+            _add_blocks(volume, first[index], share)
+
+
+def _add_blocks(volume: Float64Array, first: NDArray[np.int64], share: Float64Array) -> None:
+    """Add to cells the blocks (M, I, J, K) that begin at cells ``first`` (M, 3); none beyond the grid."""
+    cell = [
+        np.broadcast_to(
+            (first[:, axis, None] + np.arange(size)).reshape(-1, *np.insert([1, 1], axis, size)), share.shape
+        )
+        for axis, size in enumerate(share.shape[1:])
+    ]
+    there = np.ones(share.shape, dtype=bool)
+    for each, size in zip(cell, volume.shape, strict=True):
+        there &= (each >= 0) & (each < size)
+    np.add.at(volume, tuple(each[there] for each in cell), share[there])
 
 
 def mesh_volumes(
