@@ -77,3 +77,11 @@ def cubic_lattice(count: int, radius: float) -> np.ndarray:
     """Centres of ``count`` cubed spheres that touch, a simple cubic lattice in a box from the origin."""
     steps = radius * (2.0 * np.arange(count) + 1.0)
     return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def fcc_lattice(count: int, radius: float) -> np.ndarray:
+    """Centres of 4 ``count``^3 touching spheres, face-centred cubic, off the faces of their cubic cell."""
+    edge = 2.0 * np.sqrt(2.0) * radius
+    corner = np.stack(np.meshgrid(*[np.arange(count)] * 3, indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    basis = np.array([[0, 0, 0], [0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0.5, 0.5]]) + 0.25
+    return ((corner + basis) * edge).reshape(-1, 3)

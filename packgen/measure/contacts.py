@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from packgen.bed import Bed
 from packgen.check import near_pairs, period, wall_clearance
 
 GAPS = (0.0, 0.001, 0.01, 0.05)  # of the smaller radius
+HELD_MIN = 4  # contacts that a sphere needs to be held
 # Where pairs are counted: a decade each, overlaps below 0, up to the largest of the gaps above.
 GAP_EDGES = (-1e-2, -1e-3, -1e-4, -1e-5, -1e-6, 0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 5e-2)
 
@@ -23,6 +25,9 @@ class Contacts:
         mean: Mean number of sphere contacts a sphere (coordination number), walls not counted.
         wall_mean: Mean number of spheres that touch a wall, each counted once.
         none: Share of the spheres that touch neither a sphere nor a wall.
+        rattlers: Share of the spheres that no contacts can hold in place: fewer than `HELD_MIN`, a wall being
+            one. Four that do not lie on one half of the sphere are needed in three dimensions (Torquato and
+            Stillinger, J. Phys. Chem. B 105, 2001, 11849). A sphere that only rests on three others counts.
         spread: Number of spheres with 0, 1, 2, ... sphere contacts.
     """
 
@@ -30,6 +35,7 @@ class Contacts:
     mean: float
     wall_mean: float
     none: float
+    rattlers: float
     spread: tuple[int, ...] = ()
 
 
@@ -47,40 +53,43 @@ class Gaps:
     count: tuple[int, ...]
 
 
-def contacts(bed: Bed) -> tuple[Contacts, ...]:
-    """Return the contacts a sphere of a bed at gaps of 0, 0.1 %, 1 % and 5 % of the smaller radius.
+def contacts(bed: Bed, gaps: Sequence[float] = GAPS) -> tuple[Contacts, ...]:
+    """Return the contacts a sphere of a bed at given gaps.
 
     Args:
         bed: The bed.
+        gaps: Largest gaps that count as contacts, as fractions of the smaller radius, none below 0.
 
     Returns:
-        One entry a gap, narrow ones first.
+        One entry a gap, in the order given.
     """
-    return contacts_and_gaps(bed)[0]
+    return contacts_and_gaps(bed, gaps)[0]
 
 
-def contacts_and_gaps(bed: Bed) -> tuple[tuple[Contacts, ...], Gaps]:
+def contacts_and_gaps(bed: Bed, gaps: Sequence[float] = GAPS) -> tuple[tuple[Contacts, ...], Gaps]:
     """Return the contacts a sphere, and the gaps of all near pairs: both from one search.
 
     Args:
         bed: The bed.
+        gaps: Largest gaps that count as contacts, as fractions of the smaller radius, none below 0.
 
     Returns:
-        Contacts, one entry a gap of `GAPS`; pairs counted between `GAP_EDGES`.
+        Contacts, one entry a gap of ``gaps``; pairs counted between `GAP_EDGES`.
     """
-    count = np.zeros((len(GAPS), bed.count), dtype=np.int32)
+    widest = max(*gaps, GAP_EDGES[-1])
+    count = np.zeros((len(gaps), bed.count), dtype=np.int32)
     pair_count = np.zeros(len(GAP_EDGES), dtype=np.int64)
-    for pairs in near_pairs(bed.position, bed.radius, gap_fraction=GAPS[-1], period=period(bed.container)):
+    for pairs in near_pairs(bed.position, bed.radius, gap_fraction=widest, period=period(bed.container)):
         share = pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
         edge = np.searchsorted(GAP_EDGES, share)
         pair_count += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]
-        for place, gap in enumerate(GAPS):
+        for place, gap in enumerate(gaps):
             for end in (pairs.first, pairs.second):
                 count[place] += np.bincount(end[share <= gap], minlength=bed.count).astype(np.int32)
-    clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + GAPS[-1]))
+    clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + widest))
     total = max(bed.count, 1)
     found = []
-    for place, gap in enumerate(GAPS):
+    for place, gap in enumerate(gaps):
         at_wall = clearance <= bed.radius * (1.0 + gap)
         found.append(
             Contacts(
@@ -88,6 +97,7 @@ def contacts_and_gaps(bed: Bed) -> tuple[tuple[Contacts, ...], Gaps]:
                 mean=float(count[place].sum()) / total,
                 wall_mean=float(np.count_nonzero(at_wall)) / total,
                 none=float(np.count_nonzero((count[place] == 0) & ~at_wall)) / total,
+                rattlers=float(np.count_nonzero(count[place] + at_wall < HELD_MIN)) / total,
                 spread=tuple(np.bincount(count[place]).tolist()),
             )
         )

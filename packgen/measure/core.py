@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from packgen.arrays import Float64Array, read_only
 from packgen.bed import Bed
 from packgen.check import wall_clearance
 from packgen.geometry import Box, Mesh
+from packgen.measure.volumes import mean_diameter
 
 MARGINS = (2.0, 1.0, 0.5)  # wall distances to try, in mean diameters
 LEVELS = 41  # heights at which the room between the walls is looked at
@@ -41,6 +43,12 @@ class Core:
         """Its volume [m3]."""
         return float(8.0 * self.half.prod())
 
+    def contains(self, position: Float64Array) -> NDArray[np.bool_]:
+        """Return which points [m], shape (N, 3), are in the box, shape (N,), bool."""
+        local: Float64Array = (position - self.center) @ self.axes.T
+        beyond: Float64Array = (np.abs(local) - self.half).max(axis=1, initial=-np.inf)
+        return beyond <= 0.0
+
 
 def find_core(bed: Bed, up: Float64Array, top: float) -> Core | None:
     """Return the core of a bed.
@@ -65,7 +73,7 @@ def find_core(bed: Bed, up: Float64Array, top: float) -> Core | None:
     shape = bed.container.shape
     if isinstance(shape, Box):
         return _box_core(shape, up, top)
-    diameter = 2.0 * float((bed.radius**4).sum() / (bed.radius**3).sum())
+    diameter = mean_diameter(bed.radius)
     finder = _ball_core if isinstance(shape, Mesh) else _upright_core
     for margin in MARGINS:
         core = finder(bed, up, top, margin * diameter)

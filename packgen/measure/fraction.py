@@ -70,6 +70,14 @@ def solid_fraction(bed: Bed) -> SolidFraction:
     )
 
 
+def core_of(bed: Bed) -> Core | None:
+    """Return the core of a bed, as `find_core` chooses it below the bed's top; None without one."""
+    if bed.count == 0:
+        return None
+    up = against_gravity(bed)
+    return find_core(bed, up, bed_top(bed.position @ up, bed.radius))
+
+
 def against_gravity(bed: Bed) -> Float64Array:
     """Return the unit vector that points up, shape (3,), float64; +z in a scene without gravity."""
     strength = float(np.linalg.norm(bed.gravity))

@@ -9,7 +9,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.measure.fraction import against_gravity
-from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
+from packgen.measure.volumes import container_volume_below, mean_diameter, sphere_volume, volume_below
 
 SLABS_MAX = 60
 SLABS_MIN = 4
@@ -47,8 +47,7 @@ def height_profile(bed: Bed) -> HeightProfile:
     height, radius = bed.position[sound] @ up, bed.radius[sound]
     low = float((bed.container.surface.vertices @ up).min())
     high = float((height + radius).max())
-    diameter = 2.0 * float((radius**4).sum() / (radius**3).sum())
-    slabs = int(np.clip((high - low) / diameter, SLABS_MIN, SLABS_MAX))
+    slabs = int(np.clip((high - low) / mean_diameter(radius), SLABS_MIN, SLABS_MAX))
     level = np.linspace(low, high, slabs + 1)
     solid = np.diff(_solid_below(height, radius, level))
     room = np.diff([container_volume_below(bed.container, up, float(each)) for each in level])

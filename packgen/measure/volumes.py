@@ -14,6 +14,11 @@ def sphere_volume(radius: Float64Array) -> Float64Array:
     return volume
 
 
+def mean_diameter(radius: Float64Array) -> float:
+    """Return the mean diameter of spheres by volume [m], 2 sum r^4 / sum r^3 (De Brouckere's mean)."""
+    return 2.0 * float((radius**4).sum() / (radius**3).sum())
+
+
 def volume_below(height: Float64Array, radius: Float64Array, level: float) -> Float64Array:
     """Return the part of each sphere's volume below a level.
 

@@ -1,0 +1,147 @@
+"""Local order: which spheres sit in a crystal, by the bonds of Steinhardt's order parameters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from packgen.arrays import Float64Array, Int32Array
+from packgen.bed import Bed
+from packgen.check import near_pairs, period, wall_clearance
+from packgen.measure.core import Core
+
+NEIGHBOUR_GAP = (
+    0.6  # of the smaller radius: 1.3 diameters between equal spheres, half way to fcc's second shell
+)
+ALIKE_MIN = 0.7  # product of two spheres' normalised order above which their surroundings are alike
+BONDS_MIN = 7  # bonds of a sphere in a crystal
+PAIRS_AT_ONCE = 400_000
+LEGENDRE_6 = Polynomial([-5.0, 0.0, 105.0, 0.0, -315.0, 0.0, 231.0]) / 16.0
+WALL_REACH = 2.0  # radii: spheres with centres so near to a wall are in its layer
+
+
+@dataclass(frozen=True, slots=True)
+class LocalOrder:
+    """Shares of a bed's spheres that sit in a crystal, and how well the spheres' neighbours are ordered.
+
+    Attributes:
+        crystal: Share of all spheres.
+        crystal_wall: Share of the spheres within two radii of a wall; None where there are none.
+        crystal_core: Share of the spheres of the core; None without a core.
+        bonds: Number of spheres with 0, 1, 2, ... bonds to spheres in surroundings like their own.
+    """
+
+    crystal: float
+    crystal_wall: float | None
+    crystal_core: float | None
+    bonds: tuple[int, ...]
+
+
+def local_order(bed: Bed, core: Core | None) -> LocalOrder:
+    """Return how much of a bed is crystal: of the whole, along the walls, and in its core.
+
+    Args:
+        bed: The bed.
+        core: The core, such as `packgen.measure.core_of` gives.
+
+    Returns:
+        The shares; all zero for a bed without spheres.
+    """
+    bonds = crystal_bonds(bed)
+    crystal = bonds >= BONDS_MIN
+    reach = bed.radius * WALL_REACH
+    at_wall = wall_clearance(bed.container, bed.position, reach) < reach
+    return LocalOrder(
+        crystal=_share(crystal, np.ones(bed.count, dtype=bool)) or 0.0,
+        crystal_wall=_share(crystal, at_wall),
+        crystal_core=None if core is None else _share(crystal, core.contains(bed.position)),
+        bonds=tuple(np.bincount(bonds).tolist()),
+    )
+
+
+def crystal_bonds(bed: Bed) -> Int32Array:
+    """Return how many neighbours of each sphere have surroundings like its own.
+
+    Each sphere has the vector q6m of Steinhardt, Nelson and Ronchetti (Phys. Rev. B 28, 1983, 784), the sum
+    of the spherical harmonics of degree 6 over the directions to its neighbours. Neighbours are alike where
+    the product of their normalised vectors exceeds `ALIKE_MIN`; a sphere with `BONDS_MIN` such bonds is in a
+    crystal (ten Wolde, Ruiz-Montero and Frenkel, J. Chem. Phys. 104, 1996, 9932). The bounds are those in use
+    for hard spheres. Every sphere of fcc, hcp or bcc has all its bonds; in random packings most have fewer
+    than four.
+
+    Args:
+        bed: The bed; neighbours are those with gaps up to `NEIGHBOUR_GAP` of the smaller radius.
+
+    Returns:
+        Number of bonds of each sphere, shape (N,), int32.
+    """
+    first, second = _neighbours(bed)
+    lengths = period(bed.container)
+    order = np.zeros((bed.count, 13))
+    for piece in _pieces(len(first)):
+        apart = bed.position[second[piece]] - bed.position[first[piece]]
+        for axis, length in enumerate(lengths):
+            if length is not None:
+                apart[:, axis] -= length * np.round(apart[:, axis] / length)
+        apart /= np.linalg.norm(apart, axis=1)[:, None]
+        for column, part in enumerate(_harmonics(apart)):  # even degree: the same from both ends
+            for end in (first[piece], second[piece]):
+                order[:, column] += np.bincount(end, part, bed.count)
+    order /= np.maximum(np.linalg.norm(order, axis=1), 1e-300)[:, None]
+    lean = order.astype(np.float32)  # half the memory to walk through
+    bonds = np.zeros(bed.count, dtype=np.int32)
+    for piece in _pieces(len(first)):
+        ends = first[piece], second[piece]
+        alike = np.einsum("ij,ij->i", lean[ends[0]], lean[ends[1]]) > ALIKE_MIN
+        for end in ends:
+            bonds += np.bincount(end[alike], minlength=bed.count).astype(np.int32)
+    return bonds
+
+
+def _neighbours(bed: Bed) -> tuple[Int32Array, Int32Array]:
+    """Return the pairs of neighbours, (P,) each."""
+    found = [
+        (pairs.first.astype(np.int32), pairs.second.astype(np.int32))
+        for pairs in near_pairs(
+            bed.position, bed.radius, gap_fraction=NEIGHBOUR_GAP, period=period(bed.container)
+        )
+    ]
+    none = np.zeros(0, dtype=np.int32)
+    return np.concatenate([none, *(pairs[0] for pairs in found)]), np.concatenate(
+        [none, *(pairs[1] for pairs in found)]
+    )
+
+
+def _pieces(count: int) -> list[slice]:
+    """Return slices of a list of pairs that fit in a cache or two."""
+    return [slice(start, start + PAIRS_AT_ONCE) for start in range(0, count, PAIRS_AT_ONCE)]
+
+
+def _harmonics(direction: Float64Array) -> list[Float64Array]:
+    """Return the 13 real spherical harmonics of degree 6 of unit vectors (P, 3), up to a common factor.
+
+    Products of two vectors of them are those of the complex ones. Of order m they are the real and the
+    imaginary part of ``(x + i y)^m`` times the m-th derivative of Legendre's P6 and
+    ``sqrt((6 - m)! / (6 + m)!)`` (Abramowitz and Stegun, 8.6.6).
+    """
+    x, y, z = direction.T
+    around, power = x + 1j * y, np.ones(len(z), dtype=np.complex128)
+    parts = []
+    for m in range(7):
+        scale = math.sqrt((2.0 if m else 1.0) * math.factorial(6 - m) / math.factorial(6 + m))
+        along = scale * LEGENDRE_6.deriv(m)(z)
+        parts.append(along * power.real)
+        if m:
+            parts.append(along * power.imag)
+        power *= around
+    return parts
+
+
+def _share(chosen: NDArray[np.bool_], among: NDArray[np.bool_]) -> float | None:
+    """Return the share of chosen spheres among some; None where there are none."""
+    count = int(np.count_nonzero(among))
+    return float(np.count_nonzero(chosen & among)) / count if count else None
