@@ -17,15 +17,23 @@ from packgen.measure import (
     Contacts,
     Gaps,
     HeightProfile,
+    LocalOrder,
+    PairCorrelation,
+    RadialProfile,
     Sizes,
     SolidFraction,
     contacts_and_gaps,
+    core_of,
     height_profile,
+    local_order,
+    pair_correlation,
+    radial_profile,
     sizes,
     solid_fraction,
 )
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
+from packgen.validation.prediction import PredictedForces, predicted_forces
 
 
 class ZoneOutcome(Protocol):
@@ -74,6 +82,11 @@ class Report:
         sizes: Size curves asked and reached, set by set.
         profile: Solid fraction along the height.
         gaps: Pairs of neighbours counted by their gap.
+        radial: Porosity over the distance from the wall; None where the container is not round.
+        pair_correlation: g(r) of the core; None where the bed has no room for one.
+        order: Shares of the spheres that sit in a crystal.
+        step_zero: The largest forces that a solver will find before anything moves, by geometry alone; None
+            without gravity.
         timings: Wall time of each stage [s].
         peak_memory: Largest memory that the process held [bytes]; None where the system does not tell.
         settings: Scene, seed and effective settings, as in ``bed.npz``.
@@ -91,6 +104,10 @@ class Report:
     sizes: tuple[Sizes, ...]
     profile: HeightProfile
     gaps: Gaps
+    radial: RadialProfile | None
+    pair_correlation: PairCorrelation | None
+    order: LocalOrder
+    step_zero: PredictedForces | None
     timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     peak_memory: int | None = None
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -109,6 +126,8 @@ class Report:
             else:
                 content[name] = plain(value)
         content["overlap"]["within_tolerance"] = self.overlap.within_tolerance
+        if self.step_zero is not None:
+            content["step_zero"]["force_max"] = self.step_zero.force_max
         return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
     def write(self, path: Path) -> None:
@@ -134,6 +153,8 @@ class Report:
             gaps = " / ".join(f"{entry.gap:.1%}".replace(".0%", "%") for entry in self.contacts)
             means = " / ".join(f"{entry.mean:.2f}" for entry in self.contacts)
             rows.append((f"contacts a sphere at gaps of {gaps}", means))
+        if self.step_zero is not None:
+            rows.append(("largest step-0 force, predicted", f"{self.step_zero.force_max:.3g} W"))
         rows += [
             (f"size curve of {each.name}, off by", f"{each.by_mass.distance_max:.2%} by mass")
             for each in self.sizes
@@ -171,6 +192,7 @@ def build_report(
         for index, each in enumerate(bed.particle_sets)
     ]
     touching, gaps = contacts_and_gaps(bed)
+    core = core_of(bed)
     return Report(
         packgen=packgen.__version__,
         missed=(*_unfilled(counts), *found.faults()),
@@ -183,6 +205,10 @@ def build_report(
         sizes=tuple(each for each in compared if each is not None),
         profile=height_profile(bed),
         gaps=gaps,
+        radial=radial_profile(bed),
+        pair_correlation=pair_correlation(bed, core),
+        order=local_order(bed, core),
+        step_zero=predicted_forces(bed) if bed.gravity.any() else None,
         settings=bed.provenance,
     )
 

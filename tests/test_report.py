@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from packgen.bedfile import save_bed
+from packgen.geometry import Cone
 from packgen.report import build_report
-from tests.beds import box_container, cubic_lattice, make_bed
+from tests.beds import box_container, cubic_lattice, make_bed, make_container, revolved_surface
 
 
 @dataclass
@@ -50,10 +51,31 @@ def test_report_json_holds_the_numbers_under_their_names():
     assert read["overlap"]["within_tolerance"] is True
     assert read["solid_fraction"]["filled"] == pytest.approx(np.pi / 6)
     assert [entry["gap"] for entry in read["contacts"]] == [0.0, 0.001, 0.01, 0.05]
+    assert read["radial"] is None
+    assert read["pair_correlation"] is None  # five spheres across are no room for a core's own
+    assert read["order"]["crystal"] == 0.0
+    assert read["step_zero"]["force_max"] == pytest.approx(0.0, abs=1e-6)
     assert read["sizes"][0]["by_number"]["reached"] == [0.1] * 7
     assert read["settings"] == {"seed": 3, "scene": "a.yaml"}
     assert read["timings"] == {"arrange": 1.5}
     assert read["files"] == ["bed.npz"]
+
+
+def test_a_bed_in_a_tube_has_its_radial_profile_in_report_json():
+    shape = Cone(np.zeros(3), np.array([0.0, 0, 1]), 9.0, 3.0, 3.0)
+    surface = revolved_surface([(0, 3.0), (9, 3.0)], 48)
+    position = np.random.default_rng(0).uniform([-2, -2, 0.2], [2, 2, 8.8], (400, 3))
+    bed = make_bed(position, 0.2, make_container(shape, surface, 81 * np.pi))
+    report = build_report(bed)
+    read = json.loads(report.as_json())
+    assert read["radial"]["porosity"] == list(report.radial.porosity)
+    assert len(read["radial"]["mueller"]) == len(read["radial"]["wall_distance"]) - 1
+    assert read["pair_correlation"]["g"] == list(report.pair_correlation.g)
+    assert read["step_zero"]["force_max"] > 0.0
+
+
+def test_a_bed_without_gravity_has_no_forces():
+    assert build_report(lattice_bed(gravity=np.zeros(3))).step_zero is None
 
 
 def test_rows_name_count_density_and_overlap():
