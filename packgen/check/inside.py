@@ -2,23 +2,25 @@
 
 Space is cut into cells. A region of cells that no wall enters is on one side as a whole, and one point of it
 decides, by the solid angles of all triangles (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983,
-125). Points in the other cells count the signed crossings of a ray, and where those leave a doubt, solid
+125). Points in the other cells count the signed crossings of two rays, and where those leave a doubt, solid
 angles decide again.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import label
+from scipy.ndimage import label, maximum_filter
 from scipy.spatial import cKDTree
 
 from packgen.arrays import Float64Array, Int64Array
-from packgen.check.pieces import candidates, pieces
+from packgen.check.pieces import candidates, piece_count, pieces
 
-CELL_COUNT = 2_000_000  # at most; a few a point are enough
+CELLS_A_POINT = 250  # so many that few centres of spheres in a bed share a cell with a wall
+CELLS_MIN, CELLS_MAX = 20_000, 4_000_000
+PIECES_MAX = 2_000_000
 BLOCK_SIZE = 1_000_000  # point-triangle pairs held at a time
-# A direction that is along no edge of any mesh that people draw.
-RAY = np.array([0.28365421, -0.13972153, 0.94869273])
+# Directions that are along no edge of any mesh that people draw.
+RAYS = np.array([[0.28365421, -0.13972153, 0.94869273], [-0.91324517, 0.36481023, -0.18119206]])
 
 
 def inside(corners: Float64Array, position: Float64Array) -> np.ndarray:
@@ -38,7 +40,7 @@ def inside(corners: Float64Array, position: Float64Array) -> np.ndarray:
         return result
     region = _regions(corners, position[near], low, high)
     at_wall = near[region == 0]
-    result[at_wall] = _by_ray(corners, position[at_wall])
+    result[at_wall] = _by_rays(corners, position[at_wall])
     free = near[region > 0]
     _, first, member = np.unique(region[region > 0], return_index=True, return_inverse=True)
     result[free] = (solid_angle_winding(corners, position[free[first]]) > 0.5)[member]
@@ -50,40 +52,40 @@ def _regions(
 ) -> Int64Array:
     """Return the number of the wall-free region that each point lies in, 0 near a wall, shape (N,), int64."""
     extent = high - low
-    cells = min(1000 + 4 * len(position), CELL_COUNT)
+    cells = min(max(CELLS_A_POINT * len(position), CELLS_MIN), CELLS_MAX)
     size = float(np.cbrt(np.maximum(extent, 1e-6 * extent.max()).prod() / cells))
+    while piece_count(corners, size) > PIECES_MAX:
+        size *= 1.5
     count = np.floor(extent / size).astype(np.int64) + 1
-    centre, radius, _ = pieces(corners, 2.0 * size)
+    centre, _, _ = pieces(corners, size)
+    cell = np.clip(np.floor((centre - low) / size).astype(np.int64), 0, count - 1)
     walls = np.zeros(count, dtype=bool)
-    first = np.clip(np.floor((centre - radius[:, None] - low) / size).astype(np.int64), 0, count - 1)
-    last = np.clip(np.floor((centre + radius[:, None] - low) / size).astype(np.int64), 0, count - 1)
-    span = (last - first).max(axis=0) + 1
-    for step in np.ndindex(*span):
-        cell = np.minimum(first + np.array(step), last)
-        walls[cell[:, 0], cell[:, 1], cell[:, 2]] = True
+    walls[cell[:, 0], cell[:, 1], cell[:, 2]] = True
+    # A piece reaches no farther than 0.71 cells from its middle.
+    walls = maximum_filter(walls, size=3, mode="constant")
     regions, _ = label(~walls)
     cell = np.clip(np.floor((position - low) / size).astype(np.int64), 0, count - 1)
     region: Int64Array = regions[cell[:, 0], cell[:, 1], cell[:, 2]].astype(np.int64)
     return region
 
 
-def _by_ray(corners: Float64Array, position: Float64Array) -> np.ndarray:
-    """Return whether points are inside by a ray each; a ray through an edge, which miscounts, is told."""
-    winding = ray_winding(corners, position)
-    result: np.ndarray = winding == 1
-    doubtful = np.flatnonzero(~result)
+def _by_rays(corners: Float64Array, position: Float64Array) -> np.ndarray:
+    """Return whether points are inside by two rays each: one through an edge miscounts, which is told."""
+    first, second = (ray_winding(corners, position, ray) for ray in RAYS)
+    result: np.ndarray = first == 1
+    doubtful = np.flatnonzero((first != second) | ((first != 0) & (first != 1)))
     result[doubtful] = solid_angle_winding(corners, position[doubtful]) > 0.5
     return result
 
 
-def ray_winding(corners: Float64Array, position: Float64Array) -> Int64Array:
+def ray_winding(corners: Float64Array, position: Float64Array, ray: Float64Array) -> Int64Array:
     """Return how often a ray from each point leaves the surface less how often it enters, shape (N,)."""
     winding = np.zeros(len(position), dtype=np.int64)
     if len(position) == 0:
         return winding
-    side = np.cross(RAY, [1.0, 0.0, 0.0])
+    side = np.cross(ray, [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
-    frame = np.stack([side, np.cross(RAY, side), RAY])  # rows: two across the ray, one along
+    frame = np.stack([side, np.cross(ray, side), ray])  # rows: two across the ray, one along
     extent = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
     centre, size, triangle = pieces(corners, extent / 40.0)
     points, turned = position @ frame.T, corners @ frame.T

@@ -40,7 +40,7 @@ class MeshWalls:
         if len(position) == 0:
             return distance
         limit = float(reach.max())
-        centre, size, triangle = pieces(self._corners, 3.0 * limit)
+        centre, size, triangle = pieces(self._corners, 2.0 * limit)
         tree = cKDTree(position, balanced_tree=False, compact_nodes=False)
         for point, face in candidates(tree, centre, size + limit * (1.0 + 1e-9), triangle):
             np.minimum.at(distance, point, _point_triangle_distance(position[point], self._corners[face]))

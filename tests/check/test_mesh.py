@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from packgen.check.inside import ray_winding, solid_angle_winding
+from packgen.check import inside
+from packgen.check.inside import RAYS, ray_winding, solid_angle_winding
 from packgen.check.mesh import MeshWalls
+from packgen.check.pieces import piece_count, pieces
 from packgen.geometry import Surface
 from tests.beds import box_surface, revolved_surface
 
@@ -57,8 +59,59 @@ def test_an_open_side_is_closed_by_a_lid(kept):
     np.testing.assert_allclose(walls.distance(centre, np.full(2, 0.4)), [0.1, 0.2], atol=1e-12)
 
 
-def test_ray_and_solid_angles_agree():
+@pytest.mark.parametrize("ray", RAYS)
+def test_rays_and_solid_angles_agree(ray):
     surface = revolved_surface(HOURGLASS, 7)
     corners = surface.vertices[surface.faces]
     points = points_in([-1.1, -1.1, -0.1], [1.1, 1.1, 2.1], count=500)
-    np.testing.assert_allclose(ray_winding(corners, points), solid_angle_winding(corners, points), atol=1e-9)
+    winding = ray_winding(corners, points, ray)
+    np.testing.assert_allclose(winding, solid_angle_winding(corners, points), atol=1e-9)
+
+
+def test_a_ray_through_an_edge_is_caught_by_the_other(monkeypatch):
+    surface = box_surface([-1, -1, -1], [1, 1, 1])
+    corners = surface.vertices[surface.faces]
+    upward = np.array([0.0, 0.0, 1.0])
+    points = np.linspace([-1.4, -1.4, 0.9], [1.4, 1.4, 0.9], 30)  # below the diagonal of a side
+    expected = (np.abs(points) < 1.0).all(axis=1)
+    assert (ray_winding(corners, points, upward) != expected).any()
+    monkeypatch.setattr(inside, "RAYS", np.stack([upward, RAYS[1]]))
+    monkeypatch.setattr(inside, "_regions", lambda _corners, points, *_: np.zeros(len(points), int))
+    np.testing.assert_array_equal(MeshWalls(surface).contains(points), expected)
+
+
+def needles(count=200):
+    """A tube of 0.2 by 1 whose sides and ends are triangles a hundred times as long as wide."""
+    return revolved_surface([(0.0, 0.2), (1.0, 0.2)], count)
+
+
+@pytest.mark.parametrize("size", [0.03, 0.4, 5.0])
+def test_balls_cover_their_triangles_and_nothing_far(size):
+    surface = needles(40)
+    flat = np.array([[[0, 0, 0], [1, 0, 0], [0.3, 0, 0]]])
+    corners = np.concatenate([surface.vertices[surface.faces], flat])
+    centre, radius, triangle = pieces(corners, size)
+    assert (np.diff(triangle) >= 0).all()
+    assert radius.max() <= 0.71 * size
+    assert len(triangle) <= piece_count(corners, size)
+    rng = np.random.default_rng(1)
+    for index in range(0, len(corners), 7):
+        share = rng.dirichlet([0.5] * 3, 200)
+        points = np.concatenate([share @ corners[index], corners[index]])
+        mine = triangle == index
+        off = np.linalg.norm(points[:, None] - centre[mine], axis=2) - radius[mine]
+        assert off.min(axis=1).max() <= 1e-12
+
+
+def test_a_mesh_of_needles_is_as_any_other():
+    surface = needles()
+    points = points_in([-0.25, -0.25, -0.1], [0.25, 0.25, 1.1], count=2000)
+    walls = MeshWalls(surface)
+    across = np.hypot(points[:, 0], points[:, 1])
+    clear = np.abs(across - 0.2) > 1e-3
+    expected = (across < 0.2) & (points[:, 2] > 0.0) & (points[:, 2] < 1.0)
+    np.testing.assert_array_equal(walls.contains(points)[clear], expected[clear])
+    inside = expected & clear
+    depth = np.minimum(0.2 - across, np.minimum(points[:, 2], 1.0 - points[:, 2]))[inside]
+    distance = walls.distance(points[inside], np.full(inside.sum(), 0.05))
+    np.testing.assert_allclose(distance, np.minimum(depth, 0.05), rtol=0, atol=2e-4)
