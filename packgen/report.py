@@ -50,7 +50,12 @@ class ZoneOutcome(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ZoneCount:
-    """Spheres of a zone: asked for (None: until full), and placed."""
+    """Spheres of a zone.
+
+    Attributes:
+        asked: Number asked for; None: until full.
+        placed: Number placed.
+    """
 
     asked: int | None
     placed: int
@@ -58,7 +63,14 @@ class ZoneCount:
 
 @dataclass(frozen=True, slots=True)
 class SetTotal:
-    """Totals of a particle set: name, number of spheres, solid volume [m3], mass [kg]."""
+    """Totals of a particle set.
+
+    Attributes:
+        name: Its name.
+        count: Number of its spheres.
+        volume: Their solid volume [m3].
+        mass: Their mass [kg].
+    """
 
     name: str
     count: int

@@ -24,7 +24,21 @@ def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 class SceneFile(Keys):
-    """The keys of a scene file; ``gravity_axis`` holds the unit vector along which spheres fall."""
+    """The keys of a scene file.
+
+    Attributes:
+        container: What holds the spheres.
+        gravity_axis: Where things fall; once read, the unit vector along which they do.
+        gravity: Acceleration of gravity.
+        seed: Seed of everything random.
+        algorithm: Name of the algorithm, packgen's own or a plug-in's.
+        params: Settings of the algorithm; a plug-in's are its own.
+        particle_sets: The kinds of spheres.
+        materials: Materials for the solver decks, by name.
+        wall_material: Name of the walls' material; None: that of the first set.
+        zones: What to fill, in this order; left out: the whole container until it is full.
+        validation: Limits of a solver's verdict.
+    """
 
     container: ContainerSpec
     gravity_axis: Direction = _DOWN

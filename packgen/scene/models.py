@@ -112,7 +112,17 @@ PrimitiveSpec = BoxSpec | CylinderSpec | ConeSpec | SphereSpec
 
 
 class _Place(Keys):
-    """What container and location share: a mesh file or one primitive."""
+    """What container and location share: a mesh file or one primitive.
+
+    Attributes:
+        path: A triangle mesh: stl, ply, obj, off, and what meshio reads.
+        units: Unit of the mesh's coordinates.
+        shape: The surface as it is, convex or not, or its convex hull.
+        box: An axis-parallel box.
+        cylinder: A cylinder.
+        cone: A cone.
+        sphere: A sphere.
+    """
 
     path: FilePath | None = None
     units: LengthUnit = "m"
@@ -150,7 +160,11 @@ class _Place(Keys):
 
 
 class ContainerSpec(_Place):
-    """The container: a mesh file or a primitive; a box may wrap around along some axes."""
+    """The container: a mesh file or a primitive.
+
+    Attributes:
+        periodic: Axes along which a box wraps around.
+    """
 
     periodic: Periodic = (False, False, False)
 
@@ -163,7 +177,12 @@ class ContainerSpec(_Place):
 
 
 class LocationSpec(_Place):
-    """Where a zone is: a mesh file, a primitive, or a slice."""
+    """Where a zone is: a mesh file, a primitive, or a slice.
+
+    Attributes:
+        slice: The space between two planes; across gravity it bounds the spheres' centres, so that layers
+            interlock as poured ones do; any other location bounds whole spheres.
+    """
 
     slice: SliceSpec | None = None
 
