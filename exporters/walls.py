@@ -7,7 +7,9 @@ What LIGGGHTS 3.8 does with facets, and what follows (found by running it):
   is pushed by several facets at once. With a value above the angle of an edge that protrudes into the bed,
   that edge has no contact at all and spheres fall through it. `smooth_angle` therefore takes the hollow edges
   in and leaves the protruding ones.
-- It stops at two equal facets, and at a facet with an angle below 0.0573 degrees: `clean_facets` drops both.
+- It stops at two equal facets, and at a facet with an angle below 0.0573 degrees. Facets of a flat, convex
+  part of the wall are made wider (``exporters.slivers``); what is too narrow after that, and doubles, are
+  dropped.
 - An ASCII STL is read in double precision, a binary one in single precision, in which a wall 32 m up is
   placed to 2e-6 m only. ASCII is the default, so that the walls of the deck are the walls of the bed.
 """
@@ -21,9 +23,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from exporters import slivers
 from packgen.bed import Bed, Box, Cone, Container, Surface
 from packgen.errors import ExportError
 
+DEGENERATE_ANGLE = 1.0e-4  # degrees; narrower than that, single precision does not tell a facet from a line
 FACET_ANGLE_MIN = 0.06  # degrees; LIGGGHTS' hard limit is 0.001 rad = 0.0573 degrees
 NEIGHBORS_MAX = 5  # facets that share an edge with one facet; more stop LIGGGHTS
 SMOOTH_ANGLE_DEFAULT = 0.2562  # degrees; LIGGGHTS' own
@@ -64,39 +68,56 @@ class PrimitiveWall:
     form: str
 
 
-def wall_facets(container: Container) -> Facets:
+def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> Facets:
     """Return the facets of a container's walls, those on periodic sides left out.
+
+    Args:
+        container: The container.
+        angle_min: Facets with a smaller angle are too narrow for the solver [degrees].
 
     Raises:
         ExportError: A facet has more neighbours than LIGGGHTS takes.
     """
     surface = container.surface
-    keep = ~on_periodic_side(container)
     vertices, index = np.unique(surface.vertices, axis=0, return_inverse=True)
     faces = index.reshape(-1)[surface.faces]
-    good = clean_facets(vertices, faces)
     # Counted before facets are left out: the hairline that a narrow facet leaves does not open the surface.
     _, use = np.unique(_edges(faces)[0], axis=0, return_counts=True)
-    faces = faces[keep & good]
-    _check_neighbors(faces)
+    faces = faces[~on_periodic_side(container)]
+    angle = smallest_angles(vertices, faces)
+    vertices, faces = slivers.widened(vertices, faces, (angle > DEGENERATE_ANGLE) & (angle <= angle_min))
+    good = clean_facets(vertices, faces, angle_min=angle_min)
+    kept = faces[good]
+    _check_neighbors(kept)
     return Facets(
-        triangles=vertices[faces],
-        dropped=int((keep & ~good).sum()),
+        triangles=vertices[kept],
+        dropped=len(faces) - len(kept),
         open_edges=int((use == 1).sum()),
-        smooth_angle=smooth_angle(Surface(vertices, faces)),
+        smooth_angle=smooth_angle(Surface(vertices, kept)),
     )
 
 
-def clean_facets(vertices: Float64Array, faces: NDArray[np.int64]) -> BoolArray:
+def clean_facets(
+    vertices: Float64Array, faces: NDArray[np.int64], *, angle_min: float = FACET_ANGLE_MIN
+) -> BoolArray:
     """Return which facets LIGGGHTS accepts: neither degenerate, nor too narrow, nor a second time the same.
 
     Args:
         vertices: Corner positions [m], shape (V, 3), each position once.
         faces: Corner indices, shape (F, 3).
+        angle_min: Facets with a smaller angle are too narrow [degrees].
 
     Returns:
         True for the facets to keep, shape (F,).
     """
+    first = np.zeros(len(faces), dtype=bool)
+    first[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = True
+    accepted: BoolArray = first & (smallest_angles(vertices, faces) > max(angle_min, DEGENERATE_ANGLE))
+    return accepted
+
+
+def smallest_angles(vertices: Float64Array, faces: NDArray[np.int64]) -> Float64Array:
+    """Return the smallest angle of each facet [degrees], 0 of a degenerate one, shape (F,)."""
     corners = vertices[faces]
     side = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     twice_area = np.linalg.norm(
@@ -105,10 +126,8 @@ def clean_facets(vertices: Float64Array, faces: NDArray[np.int64]) -> BoolArray:
     # The smallest angle lies between the two longest sides: sin = twice the area over their product.
     longest = np.sort(side, axis=1)[:, 1:].prod(axis=1)
     sine = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
-    first = np.zeros(len(faces), dtype=bool)
-    first[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = True
-    accepted: BoolArray = first & (sine > np.sin(np.radians(FACET_ANGLE_MIN)))
-    return accepted
+    angle: Float64Array = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
+    return angle
 
 
 def smooth_angle(surface: Surface) -> float:

@@ -62,7 +62,8 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     values = particulate.common_values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
     )
-    facets = walls.wall_facets(bed.container) if has_wall else None
+    # YADE takes narrow facets, and counts the edges of wider ones twice.
+    facets = walls.wall_facets(bed.container, angle_min=0.0) if has_wall else None
     values |= _material_values(bed, types)
     values |= {
         "facets": facets is not None,

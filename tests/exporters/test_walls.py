@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from exporters import walls
+from exporters import slivers, walls
 from packgen.bed import Ball, Box, Cone, Mesh, Surface
 from packgen.errors import ExportError
 from tests.beds import box_container, box_surface, make_container, revolved_surface
@@ -86,3 +86,50 @@ def test_only_axis_parallel_boxes_and_cylinders_become_primitive_walls():
         Mesh(surface),
     ):
         assert forms(shape) is None
+
+
+def closed(triangles):
+    """Whether every edge belongs to two facets."""
+    _, index = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    edges = np.sort(index.reshape(-1, 3)[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    return (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+
+
+def volume_of(triangles):
+    return np.einsum("ij,ij->", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])) / 6
+
+
+def narrow_tip():
+    """A cone whose tip is so narrow that half the facets of its side have an angle of 0.04 degrees."""
+    return revolved_surface([(0, 0.02), (1.8, 0.812)], facets=96)
+
+
+def test_narrow_facets_of_a_cone_are_made_wider_and_its_surface_stays():
+    surface = narrow_tip()
+    facets = walls.wall_facets(make_container(Mesh(surface), surface, 1.0))
+    assert facets.dropped == 0
+    assert closed(facets.triangles)
+    assert volume_of(facets.triangles) == pytest.approx(volume_of(surface.vertices[surface.faces]), rel=1e-9)
+    vertices, index = np.unique(facets.triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    assert walls.smallest_angles(vertices, index.reshape(-1, 3)).min() > 2 * walls.FACET_ANGLE_MIN
+    assert facets.smooth_angle > 3.4  # the facets are neighbours: one smooth wall
+
+
+def test_facets_of_a_surface_without_narrow_ones_stay_as_they_are():
+    surface = revolved_surface([(0, 2), (6, 5)], facets=24)
+    facets = walls.wall_facets(make_container(Mesh(surface), surface, 1.0))
+    assert np.array_equal(
+        np.sort(facets.triangles, axis=None), np.sort(surface.vertices[surface.faces], axis=None)
+    )
+
+
+def test_a_flat_part_that_is_not_convex_keeps_its_facets():
+    # An L with a sliver along its long side.
+    outline = np.array([[0, 0], [4, 0], [4, 1], [1, 1], [1, 4], [0, 4], [2, -1e-3]], dtype=float)
+    vertices = np.column_stack((outline, np.zeros(7)))
+    faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 6, 1]])
+    narrow = walls.smallest_angles(vertices, faces) <= walls.FACET_ANGLE_MIN
+    assert narrow.tolist() == [False] * 4 + [True]
+    found, kept = slivers.widened(vertices, faces, narrow)
+    assert np.array_equal(np.sort(kept, axis=0), np.sort(faces, axis=0))
+    assert np.array_equal(found[:7], vertices)

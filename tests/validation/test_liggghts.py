@@ -82,6 +82,18 @@ def test_overlap_with_a_curved_wall_is_measured(tmp_path, shape_of):
     assert zero.wall_force_max == pytest.approx(zero.predicted_force_max, rel=1e-6)
 
 
+def test_a_sphere_at_the_side_of_a_cone_with_a_narrow_tip_has_one_contact(tmp_path):
+    surface = revolved_surface([(0, 0.02), (1.8, 0.812)], 96)
+    angle, slope, depth = np.pi / 96, 0.44 * np.cos(np.pi / 96), 0.1 * (1 - 1e-3)
+    across = 0.02 * np.cos(angle) + slope * 0.6 - depth * np.hypot(1, slope)
+    position = [across * np.cos(angle), across * np.sin(angle), 0.6]
+    bed = make_bed([position], 0.1, make_container(Mesh(surface), surface, 1.0))
+    zero = judge(bed, tmp_path / "deck", Limits(free_fall_times=0.01)).step_zero
+    assert zero.wall_count == 1
+    assert zero.wall_overlap_max == pytest.approx(1e-3, rel=1e-6)
+    assert zero.law_error < 1e-6
+
+
 def _planes(surface):
     corners = surface.vertices[surface.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
