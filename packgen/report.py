@@ -85,6 +85,8 @@ class Report:
     Attributes:
         packgen: Version that made the bed.
         missed: A line for each thing that was asked for and not reached; empty when all is well.
+        warnings: A line for each thing that looks wrong although all was reached: mended meshes, likely
+            mistakes in units, zones that nothing holds up.
         sphere_count: Number of spheres in the bed.
         zones: Spheres asked for and placed, zone by zone.
         sets: Totals, set by set.
@@ -120,6 +122,7 @@ class Report:
     pair_correlation: PairCorrelation | None
     order: LocalOrder
     step_zero: PredictedForces | None
+    warnings: tuple[str, ...] = ()
     timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     peak_memory: int | None = None
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -227,12 +230,18 @@ def build_report(
 
 def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:
     """Return a line for each zone that did not get its spheres."""
-    return [
-        f"zones[{index}]: {zone.placed:,} of {zone.asked:,} spheres placed, "
-        f"{zone.asked - zone.placed:,} did not fit; enlarge the zone or ask for fewer"
-        for index, zone in enumerate(zones)
-        if zone.asked is not None and zone.placed < zone.asked
-    ]
+    lines = []
+    for index, zone in enumerate(zones):
+        if zone.asked is not None and zone.placed < zone.asked:
+            lines.append(
+                f"zones[{index}]: {zone.placed:,} of {zone.asked:,} spheres placed, "
+                f"{zone.asked - zone.placed:,} did not fit; enlarge the zone or ask for fewer"
+            )
+        elif zone.asked is None and zone.placed == 0:
+            lines.append(
+                f"zones[{index}]: not one sphere placed; enlarge the zone, or leave it out if others fill it"
+            )
+    return lines
 
 
 def _totals(bed: Bed) -> tuple[SetTotal, ...]:

@@ -14,9 +14,9 @@ import packgen
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Algorithm, Progress, Task, ZoneTask
 from packgen.bed import Bed, ParticleSet
-from packgen.container import load_location
+from packgen.container import checked_locations
 from packgen.errors import PackingError
-from packgen.geometry import Container
+from packgen.geometry import Container, Shape, Slice
 from packgen.radii import Supply
 
 if TYPE_CHECKING:
@@ -28,11 +28,12 @@ ALGORITHMS = {"COLLECTIVE_ARRANGEMENT": "packgen.arrange.collective:arrange"}
 
 @dataclass(frozen=True, slots=True)
 class ZoneResult:
-    """Spheres of a zone: asked for (None: until full), placed, drawn but left over."""
+    """Spheres of a zone: asked for (None: until full), placed, drawn but left over; and where it is."""
 
     asked: int | None
     placed: int
     left_over: int
+    locations: tuple[Shape | Slice, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,6 +71,7 @@ def pack(
     on_progress: Callable[[Progress], None] | None = None,
     threads: int | None = None,
     device: str = "cpu",
+    warn: Callable[[str], None] = lambda _: None,
 ) -> PackResult:
     """Fill the container as the scene says.
 
@@ -79,13 +81,13 @@ def pack(
         on_progress: Called after each batch.
         threads: Threads to use; None: the algorithm's choice. The bed does not depend on it.
         device: ``cpu``, or ``cuda`` for the plain torch form of the loops.
+        warn: Called before the first sphere is placed, with a line for each thing that looks wrong.
 
     Returns:
         The bed and the outcome of each zone.
 
     Raises:
-        PackingError: Nothing can be placed.
-        GeometryError: A location cannot be read.
+        PackingError: Nothing can be placed, or a location or an amount makes no sense.
     """
     _check_device(device)
     if any(container.periodic):
@@ -94,13 +96,12 @@ def pack(
             f"{place}: container.periodic: not supported yet; leave it out for a box with walls"
         )
     algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
+    locations = checked_locations(scene, container, warn)
     seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
     zones = []
     for index, zone in enumerate(scene.zones):
-        place = f"zones[{index}].location"
-        locations = () if zone.location is None else (load_location(zone.location, scene, place),)
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(seeds[index + 1]))
-        zones.append(ZoneTask(index, scene.mark(f"zones[{index}]"), locations, supply))
+        zones.append(ZoneTask(index, scene.mark(f"zones[{index}]"), locations[index], supply))
     down = np.asarray(scene.gravity_direction, float)
     task = Task(
         container,
@@ -116,7 +117,10 @@ def pack(
     placed = np.bincount(spheres.zone_index, minlength=len(zones))
     results = tuple(
         ZoneResult(
-            zone.supply.asked, int(placed[zone.index]), zone.supply.drawn_count - int(placed[zone.index])
+            zone.supply.asked,
+            int(placed[zone.index]),
+            zone.supply.drawn_count - int(placed[zone.index]),
+            zone.locations,
         )
         for zone in zones
     )

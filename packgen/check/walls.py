@@ -6,7 +6,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.check.mesh import MeshWalls
-from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Slice
 
 BLOCK_SIZE = 50_000  # sphere-plane distances held at a time: they stay in the cache
 
@@ -24,9 +24,18 @@ def wall_clearance(container: Container, position: Float64Array, radius: Float64
         mesh: exact within a radius of the wall and at least the radius beyond. Outside, near an edge of the
         walls, it is the distance to the farthest plane passed.
     """
-    shape = container.shape
+    if isinstance(container.shape, Box):
+        return _box_clearance(container.shape, container.periodic, position)
+    return shape_clearance(container.shape, position, radius)
+
+
+def shape_clearance(shape: Shape | Slice, position: Float64Array, radius: Float64Array) -> Float64Array:
+    """Return the distance from each centre to the nearest border of a shape, as ``wall_clearance`` does."""
     if isinstance(shape, Box):
-        return _box_clearance(shape, container.periodic, position)
+        return _box_clearance(shape, (False, False, False), position)
+    if isinstance(shape, Slice):
+        along = position @ shape.axis
+        return np.asarray(np.minimum(along - shape.low, shape.high - along))
     if isinstance(shape, Cone):
         return _cone_clearance(shape, position)
     if isinstance(shape, Ball):

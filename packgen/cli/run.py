@@ -20,6 +20,7 @@ from packgen.errors import ExportError, PackgenError, SolverError
 from packgen.results import MANIFEST, PAGE, ResultFolder, list_files
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
+    from packgen.arrange.pack import PackResult
     from packgen.bed import Bed
     from packgen.report import Report
     from packgen.scene import Scene
@@ -137,16 +138,46 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
     from packgen.container import load_container
     from packgen.report import build_report
 
+    warnings: list[str] = []
     with watch.stage("container"):
-        container = load_container(scene)
+        container = load_container(scene, warnings.append)
     with watch.stage("arrange"), show_progress(sys.stderr, quiet=options.quiet) as listener:
-        result = pack(scene, container, on_progress=listener, threads=options.threads, device=options.device)
+        result = pack(
+            scene,
+            container,
+            on_progress=listener,
+            threads=options.threads,
+            device=options.device,
+            warn=partial(_warn, warnings),
+        )
     with watch.stage("check"):
         check = check_bed(result.bed)
+        warnings += _unsupported(result, scene)
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
         report = build_report(result.bed, zones=result.zones, laws=laws, check=check)
-    return result.bed, report
+    return result.bed, replace(report, warnings=tuple(warnings))
+
+
+def _warn(warnings: list[str], line: str) -> None:
+    """Say what looks wrong while there is time to stop the run, and keep it for the last lines."""
+    say(f"packgen: warning: {line}", sys.stderr)
+    warnings.append(line)
+
+
+def _unsupported(result: PackResult, scene: Scene) -> list[str]:
+    """Return a line for each zone that nothing holds up."""
+    from packgen.check.support import hanging_zones
+
+    lines = []
+    for each in hanging_zones(result.bed, [zone.locations for zone in result.zones]):
+        path = f"zones[{each.zone}]"
+        lines.append(
+            f"{scene.mark(path)}: {path}: nothing holds it up: of {each.looked_at} spheres at its lower end "
+            f"{each.hanging} have neither sphere nor wall below, and will fall by about {each.fall:.3g} m; "
+            "lower the zone onto what is below it, or fill the space in between first"
+        )
+    return lines
 
 
 def _write(
@@ -221,6 +252,8 @@ def _conclude(report: Report, verdict: str, folder: ResultFolder, *, quiet: bool
         say(f"written to {folder.target}", sys.stdout)
     if folder.set_aside is not None:
         say(f"packgen: the former folder, which had other files, is now {folder.set_aside}", sys.stderr)
+    for line in report.warnings:
+        say(f"packgen: warning: {line}", sys.stderr)
     for line in report.missed:
         say(f"packgen: missed: {line}", sys.stderr)
     return 1 if report.missed else 0

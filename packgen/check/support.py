@@ -1,0 +1,127 @@
+"""Whether something holds a zone up: a zone's own floor is no floor once the bed is in a solver.
+
+What stands at a zone's lower end is looked at: where much of it could fall, neither the container nor the
+rest of the bed is below. No code of the core's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from packgen.arrays import Float64Array, Int64Array
+from packgen.bed import Bed
+from packgen.check.walls import shape_clearance, wall_clearance
+from packgen.geometry import Shape, Slice
+
+STEP = 0.05
+"""By so much of its radius a sphere is lowered to see whether it stands on the zone's floor."""
+
+LEVEL = 0.8
+"""Part of that step that a floor takes away from its clearance: one that slopes by less than 37 degrees."""
+
+FALL = 1.5
+"""A sphere that could fall farther than this, in largest diameters, hangs: hollows of a bed are less deep."""
+
+HANGING_SHARE = 0.2
+"""Share of the spheres at a zone's lower end from which the zone counts as held by nothing."""
+
+SAMPLE = 400
+"""Spheres of a zone's lower end that are looked at."""
+
+FALL_STEPS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class HangingZone:
+    """A zone that nothing holds up.
+
+    Attributes:
+        zone: Its number.
+        looked_at: Spheres at its lower end that were looked at.
+        hanging: How many of them could fall.
+        fall: How far they would, the median [m].
+    """
+
+    zone: int
+    looked_at: int
+    hanging: int
+    fall: float
+
+
+def hanging_zones(bed: Bed, locations: Sequence[Sequence[Shape | Slice]]) -> tuple[HangingZone, ...]:
+    """Return the zones whose lower ends neither the container nor other spheres hold.
+
+    Args:
+        bed: The bed.
+        locations: What bounds each zone beside the container; nothing: the whole container.
+
+    Returns:
+        Those zones, in their order; none without gravity, or where the container wraps around along it.
+    """
+    strength = float(np.linalg.norm(bed.gravity))
+    down = bed.gravity / strength if strength > 0.0 else bed.gravity
+    if strength == 0.0 or (np.abs(down) * bed.container.periodic).any():
+        return ()
+    found = []
+    for zone, shapes in enumerate(locations):
+        lowest = _at_the_floor(bed, zone, shapes, down)
+        if len(lowest) == 0:
+            continue
+        fall = _falls(bed, zone, lowest, down)
+        hanging = fall > FALL * 2.0 * bed.radius.max()
+        if hanging.mean() > HANGING_SHARE:
+            found.append(HangingZone(zone, len(lowest), int(hanging.sum()), float(np.median(fall[hanging]))))
+    return tuple(found)
+
+
+def _at_the_floor(bed: Bed, zone: int, shapes: Sequence[Shape | Slice], down: Float64Array) -> Int64Array:
+    """Return the spheres that stand on a zone's own floor, at most as many as are looked at."""
+    member = np.flatnonzero(bed.zone_index == zone)
+    position, radius = bed.position[member], bed.radius[member]
+    step = STEP * radius
+    stands = np.zeros(len(member), dtype=bool)
+    for shape in shapes:
+        needed = 0.0 if isinstance(shape, Slice) and shape.centers_only else radius
+        lowered = shape_clearance(shape, position + step[:, None] * down, radius + step)
+        stands |= lowered < needed - LEVEL * step
+    member = member[stands]
+    return np.asarray(member[np.linspace(0, len(member) - 1, min(SAMPLE, len(member))).astype(np.int64)])
+
+
+def _falls(bed: Bed, zone: int, chosen: Int64Array, down: Float64Array) -> Float64Array:
+    """Return how far spheres fall straight down to a sphere of another zone or to a wall [m], shape (n,)."""
+    position, radius = bed.position[chosen], bed.radius[chosen]
+    fall = _fall_to_the_end(bed, position, radius, down)
+    others = np.flatnonzero(bed.zone_index != zone)
+    if len(others):
+        flat = np.linalg.svd(down[None])[2][1:].T  # two directions across gravity
+        shadow = cKDTree(bed.position[others] @ flat)
+        reach = radius + bed.radius[others].max()
+        for index, near in enumerate(shadow.query_ball_point(position @ flat, reach)):
+            below = others[near]
+            apart = radius[index] + bed.radius[below]
+            relative = bed.position[below] - position[index]
+            along = relative @ down
+            across = apart**2 - (np.einsum("ij,ij->i", relative, relative) - along**2)
+            met = (across > 0.0) & (along > 0.0)
+            way = along[met] - np.sqrt(across[met])
+            fall[index] = min(fall[index], max(float(way.min(initial=np.inf)), 0.0))
+    limit = FALL * 2.0 * float(bed.radius.max())
+    for step in np.linspace(0.0, limit, FALL_STEPS + 1)[1:]:
+        free = np.flatnonzero(fall > step)
+        clearance = wall_clearance(bed.container, position[free] + step * down, radius[free])
+        fall[free[clearance < 0.9 * radius[free]]] = step
+    return fall
+
+
+def _fall_to_the_end(
+    bed: Bed, position: Float64Array, radius: Float64Array, down: Float64Array
+) -> Float64Array:
+    """Return how far spheres are above the lowest corner of the container's bounding box [m], shape (n,)."""
+    low, high = bed.container.bounds
+    lowest = float(np.maximum(low * down, high * down).sum())
+    return np.asarray(np.maximum(lowest - position @ down - radius, 0.0))
