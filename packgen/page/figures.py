@@ -1,14 +1,12 @@
-"""What a page says of a bed: key figures with their limits and verdicts, and plots, from ``report.json``."""
+"""What a page says of a bed: key figures with their limits and verdicts, from ``report.json``."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from itertools import pairwise
 from typing import Any
 
-from packgen.page import svg
 from packgen.validation.results import GravityRun, Limits, SolverReport, StepZero
 
 
@@ -31,15 +29,6 @@ class Figure:
     verdict: str = ""
     key: str = ""
     exact: float | int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Plot:
-    """A plot: its title, what it shows in words, and its SVG text."""
-
-    title: str
-    caption: str
-    svg: str
 
 
 def key_figures(report: Mapping[str, Any]) -> list[Figure]:
@@ -83,6 +72,7 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
         figures.append(
             Figure(f"Contacts a sphere, {gap}", f"{each['mean']:.2f}", key=key, exact=each["mean"])
         )
+    figures += _structure(report)
     for place, each in enumerate(report["sizes"]):
         off = each["by_mass"]["distance_max"]
         if off is not None:
@@ -93,6 +83,33 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
                 )
             )
     return figures
+
+
+def _structure(report: Mapping[str, Any]) -> list[Figure]:
+    """Return the figures of how spheres are held and ordered; reports of older versions have none."""
+    figures = []
+    for place, each in enumerate(report["contacts"]):
+        if each["gap"] == 0.01 and "rattlers" in each:
+            label = "Rattlers (fewer than 4 contacts, walls included, gap up to 1 %)"
+            figures.append(_percent(label, each["rattlers"], f"contacts.{place}.rattlers"))
+    order = report.get("order") or {}
+    for name, label in (
+        ("crystal", "Spheres in a crystal"),
+        ("crystal_wall", "Spheres in a crystal, of those at a wall"),
+        ("crystal_core", "Spheres in a crystal, of those in the core"),
+    ):
+        if order.get(name) is not None:
+            figures.append(_percent(label, order[name], f"order.{name}"))
+    forces = report.get("step_zero")
+    if forces:
+        label = "Largest force at step 0, by geometry, in sphere weights"
+        value = forces["force_max"]
+        figures.append(Figure(label, f"{value:.3g}", key="step_zero.force_max", exact=value))
+    return figures
+
+
+def _percent(label: str, share: float, key: str) -> Figure:
+    return Figure(label, f"{100.0 * share:.2g} %", key=key, exact=share)
 
 
 def _bounded(label: str, overlap: Mapping[str, Any], name: str, limit: float | None) -> Figure:
@@ -137,94 +154,6 @@ def _filled(kind: Callable[..., Any], content: Mapping[str, Any]) -> Any:
             if key in names
         }
     )
-
-
-def plots(report: Mapping[str, Any]) -> list[Plot]:
-    """Return the plots that a report has the numbers for; reports of older versions have fewer."""
-    drawn = [_size_plot(report), _height_plot(report), _contact_plot(report), _gap_plot(report)]
-    drawn.append(_time_plot(report["timings"]))
-    return [each for each in drawn if each is not None]
-
-
-def _size_plot(report: Mapping[str, Any]) -> Plot | None:
-    series = []
-    for place, each in enumerate(report["sizes"]):
-        curve = each["by_mass"]
-        share = [100.0 * value for value in curve["share"]]
-        name = each["name"]
-        if curve["asked"]:
-            asked = [2000.0 * value for value in curve["asked"]]
-            series.append(svg.Series(f"{name}, asked", asked, share, "dashed", place))
-        reached = [2000.0 * value for value in curve["reached"]]
-        series.append(svg.Series(f"{name}, reached", reached, share, "dots", place))
-    if not series:
-        return None
-    title = "Size curve"
-    drawing = svg.curves(title, "diameter [mm]", "passing by mass [%]", series)
-    return Plot(title, "Share of the mass in spheres up to a diameter: asked for, and reached.", drawing)
-
-
-def _height_plot(report: Mapping[str, Any]) -> Plot | None:
-    profile = report.get("profile") or {"height": []}
-    middle = [0.5 * (low + high) for low, high in pairwise(profile["height"])]
-    known = [
-        (value, at)
-        for value, at in zip(profile.get("solid_fraction", ()), middle, strict=True)
-        if value is not None
-    ]
-    if not known:
-        return None
-    series = [svg.Series("", [each[0] for each in known], [each[1] for each in known])]
-    core, ends = report["solid_fraction"]["core"], [known[0][1], known[-1][1]]
-    if core is not None:
-        series.append(svg.Series(f"core, {core:.4f}", [core, core], ends, "dashed", 1))
-    title = "Solid fraction along the height"
-    drawing = svg.curves(title, "solid fraction of a slab", "height [m]", series)
-    return Plot(
-        title, "Exact fraction of each slab of the container, from its floor to the bed's top.", drawing
-    )
-
-
-def _contact_plot(report: Mapping[str, Any]) -> Plot | None:
-    entry = next((each for each in report["contacts"] if each["gap"] == 0.01), None)
-    if entry is None or not entry.get("spread"):
-        return None
-    share = [100.0 * count / max(report["sphere_count"], 1) for count in entry["spread"]]
-    title = "Contacts a sphere"
-    names = [str(number) for number in range(len(share))]
-    drawing = svg.bars(title, "sphere contacts, gaps up to 1 % of the radius", "spheres [%]", names, share)
-    return Plot(title, f"Mean {entry['mean']:.2f}; walls are not counted.", drawing)
-
-
-def _gap_plot(report: Mapping[str, Any]) -> Plot | None:
-    gaps = report.get("gaps")
-    if not gaps or not sum(gaps["count"]):
-        return None
-    edges, total = gaps["edge"], sum(gaps["count"])
-    names = [f"≤{_power(edge)}" for edge in edges]
-    share = [100.0 * count / total for count in gaps["count"]]
-    first = next(place for place, count in enumerate(gaps["count"]) if count)
-    first = min(first, edges.index(0.0))
-    overlapping = sum(gaps["count"][: edges.index(0.0) + 1])
-    title = "Gaps between neighbours"
-    label = "gap as a fraction of the smaller radius; below 0: overlap"
-    drawing = svg.bars(title, label, "pairs [%]", names[first:], share[first:])
-    caption = f"{total:,} pairs nearer than {edges[-1]:.0%} of the radius; {overlapping:,} of them overlap."
-    return Plot(title, caption, drawing)
-
-
-def _power(value: float) -> str:
-    if value == 0.0:
-        return "0"
-    return f"{value:g}" if abs(value) >= 0.005 else f"{value:.0e}".replace("e-0", "e-")
-
-
-def _time_plot(timings: Mapping[str, float]) -> Plot | None:
-    if not timings:
-        return None
-    title = "Time by stage"
-    drawing = svg.lying_bars(title, list(timings), list(timings.values()), "s")
-    return Plot(title, f"{sum(timings.values()):.1f} s in all, wall time.", drawing)
 
 
 def side_by_side(reports: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:

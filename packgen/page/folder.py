@@ -11,6 +11,7 @@ from typing import Any
 from packgen.errors import PackgenError
 from packgen.page.figures import side_by_side
 from packgen.page.html import comparison_html, report_html
+from packgen.page.picture import write_pictures
 from packgen.page.spheres import read_spheres, view_data
 from packgen.results import MANIFEST, PAGE
 
@@ -38,10 +39,35 @@ def report_folder(folder: Path) -> Path:
     report = read_report(folder)
     direction = report["settings"].get("settings", {}).get("gravity_direction")
     view = view_data(read_spheres(folder / "bed.npz", direction))
-    if PAGE not in report["files"]:  # else the next run takes the page for somebody else's
-        report["files"] = sorted([*report["files"], PAGE])
-        _replace(folder / MANIFEST, json.dumps(report, indent=2, ensure_ascii=False) + "\n")
+    _list(folder, PAGE)
     return write_page(folder, folder.resolve().name, view)
+
+
+def picture_folder(folder: Path) -> tuple[Path, ...]:
+    """Draw the pictures of a result folder.
+
+    Args:
+        folder: What a run left.
+
+    Returns:
+        The pictures.
+
+    Raises:
+        PackgenError: The folder is none that packgen wrote, or nothing can be drawn.
+        OSError: ``report.json`` cannot be written.
+    """
+    read_report(folder)
+    drawn = write_pictures(folder)
+    _list(folder, *(path.name for path in drawn))
+    return drawn
+
+
+def _list(folder: Path, *names: str) -> None:
+    """Add names to the files of ``report.json``, else the next run takes them for somebody else's."""
+    report = read_report(folder)
+    if not set(names) <= set(report["files"]):
+        report["files"] = sorted({*report["files"], *names})
+        _replace(folder / MANIFEST, json.dumps(report, indent=2, ensure_ascii=False) + "\n")
 
 
 def write_page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:

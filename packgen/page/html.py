@@ -13,7 +13,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 import packgen
-from packgen.page.figures import Plot, key_figures, mass_text, plots, side_by_side, solver_reports
+from packgen.page.figures import key_figures, mass_text, side_by_side, solver_reports
+from packgen.page.plots import Plot, plots
 
 MARKS = {"ok": "✔ ok", "complete": "✔ complete", "missed": "✘ missed", "not judged": "○ not judged"}
 CLASSES = {"ok": "ok", "complete": "ok", "missed": "missed"}
@@ -42,10 +43,10 @@ def report_html(
     one_size = view["radius_max"] - view["radius_min"] <= 1e-9 * view["radius_max"]
     return _environment().get_template("report.html.j2").render(
         name=name,
-        report=report,
+        report={"warnings": [], **report},  # older versions had none
         figures=key_figures(report),
         solvers=solver_reports(validation),
-        plots=[_safe(each) for each in plots(report)],
+        plots=[_safe(each) for each in plots(report, validation)],
         view=view,
         colours=colours,
         colour="set" if len(sets) > 1 else "batch" if one_size else "radius",
@@ -65,7 +66,7 @@ def comparison_html(names: Sequence[str], reports: Sequence[Mapping[str, Any]]) 
     """
     by_title: dict[str, list[tuple[str, Plot]]] = {}
     for name, report in zip(names, reports, strict=True):
-        for plot in plots(report):
+        for plot in plots(report, {}):
             by_title.setdefault(plot.title, []).append((name, _safe(plot)))
     return _environment().get_template("compare.html.j2").render(
         names=names,

@@ -16,8 +16,12 @@ from packgen.bed import Bed
 from packgen.errors import PackgenError
 from packgen.measure import against_gravity
 
-SHOWN_MAX = 60_000  # spheres in a page: 1.6 MB of text
+SHOWN_MAX = 480_000  # spheres in a page: 4.5 MB of text
+PLACES = 65_535  # steps of a coordinate in a page
+SIZES = 255  # steps of the logarithm of a radius in a page
 ARRAYS = ("position", "radius", "set_index", "zone_index", "batch_index")
+
+BATCHES_MAX = 4_000  # that a page tells apart
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,20 +80,24 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
     """Return what the page's 3-D view draws, as plain data.
 
     The view's frame: x to the right, y away from the viewer, z up, the origin in the bed's middle. The cut is
-    the plane y = 0.
+    a plane of equal y. Coordinates are rounded to a 65,535th of the bed's extents, radii to a 255th of the
+    logarithm of their range: enough for a picture in which a bed is a thousand pixels wide.
 
     Args:
         spheres: All spheres.
         limit: Most spheres that the page may hold.
 
     Returns:
-        Numbers of spheres, half extents, and little-endian arrays as base64: ``sphere`` float32 (x, y, z,
-        radius), ``label`` int32 (set, zone, batch).
+        ``count`` and ``shown``, numbers of spheres; ``outer``, number of those that may be seen from outside,
+        which come first; ``half``, half the bed's extents [m]; ``span``, half the extents of the centres [m];
+        ``radius_min`` and ``radius_max`` [m]; ``labels``, runs of spheres as (count, set, zone, batch); and
+        as base64: ``place`` uint16 (x, y, z), from -span to span, and ``size`` uint8, from the smallest
+        radius to the largest.
     """
     sound = np.flatnonzero(
         np.isfinite(spheres.position).all(axis=1) & np.isfinite(spheres.radius) & (spheres.radius > 0.0)
     )
-    position = spheres.position[sound] @ _frame(spheres.up).T
+    position = spheres.position[sound] @ upright_frame(spheres.up).T
     radius = spheres.radius[sound]
     low, high = np.zeros(3), np.zeros(3)
     if len(sound):
@@ -97,17 +105,38 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         high = (position + radius[:, None]).max(axis=0)
     position = position - 0.5 * (low + high)
     chosen = np.arange(len(sound)) if len(sound) <= limit else faithful_part(position, radius, limit)
-    labels = [array[sound][chosen] for array in (spheres.set_index, spheres.zone_index, spheres.batch_index)]
-    sphere = np.column_stack([position[chosen], radius[chosen]])
+    position, radius, own = position[chosen], radius[chosen], sound[chosen]
+    inside = np.ones(len(radius), dtype=bool)
+    inside[near_the_outside(position, radius, cells=2)] = False
+    batch, zone, group = spheres.batch_index[own], spheres.zone_index[own], spheres.set_index[own]
+    together = len(np.unique(batch)) // BATCHES_MAX + 1
+    batch = batch // together * together  # of very many, neighbours share a number
+    order = np.lexsort((batch, zone, group, inside))
+    span = np.abs(position).max(axis=0, initial=0.0)
+    smallest, largest = radius.min(initial=np.inf), radius.max(initial=0.0)
+    share = np.log(radius / smallest) / max(np.log(largest / smallest), 1e-9) if len(radius) else radius
+    place = 0.5 + 0.5 * position[order] / np.maximum(span, 1e-300)
     return {
         "count": len(spheres.radius),
         "shown": len(chosen),
+        "outer": int(np.count_nonzero(~inside)),
         "half": (0.5 * (high - low)).tolist(),
-        "radius_min": float(radius.min()) if len(radius) else 0.0,
-        "radius_max": float(radius.max()) if len(radius) else 0.0,
-        "sphere": _base64(sphere.astype("<f4")),
-        "label": _base64(np.column_stack(labels).astype("<i4")),
+        "span": span.tolist(),
+        "radius_min": float(smallest) if len(radius) else 0.0,
+        "radius_max": float(largest),
+        "labels": _runs(np.stack([inside, group, zone, batch], axis=1)[order]),
+        "place": _base64(np.rint(PLACES * place).astype("<u2")),
+        "size": _base64(np.rint(SIZES * share[order]).astype("u1")),
     }
+
+
+def _runs(label: Int64Array) -> list[list[int]]:
+    """Return runs of equal rows (inside, set, zone, batch) as (count, set, zone, batch)."""
+    if len(label) == 0:
+        return []
+    first = np.flatnonzero(np.append(True, (label[1:] != label[:-1]).any(axis=1)))
+    count = np.diff(np.append(first, len(label)))
+    return np.column_stack([count, label[first, 1:]]).tolist()  # type: ignore[no-any-return]
 
 
 def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> Int64Array:
@@ -134,7 +163,7 @@ def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> I
     rank[behind[_nearest(position[behind], radius[behind], np.array([0.0, -1.0, 0.0]), 0.5 * pixel)]] = 50.0
     # Where there is no room for all, those that few views see are the first to be left out.
     seen = np.zeros(len(radius), dtype=np.float32)
-    outer = _near_the_outside(position, radius)
+    outer = near_the_outside(position, radius, cells=1)
     for direction in product((-1.0, 0.0, 1.0), repeat=3):
         if 0 < np.abs(direction).sum() != 2:
             seen[outer[_nearest(position[outer], radius[outer], np.array(direction), pixel)]] += 1.0
@@ -143,16 +172,19 @@ def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> I
     return np.sort(np.argsort(rank, kind="stable")[:limit])
 
 
-def _near_the_outside(position: Float64Array, radius: Float64Array) -> Int64Array:
-    """Return the spheres in or beside cells that hold no centre, shape (M,), int64: no other is seen."""
+def near_the_outside(position: Float64Array, radius: Float64Array, cells: int) -> Int64Array:
+    """Return the spheres at most so many cells from one without centres, (M,), int64: no other is seen."""
+    if len(radius) == 0:
+        return np.zeros(0, dtype=np.int64)
     size = 2.5 * float(np.median(radius)) + 0.5 * float(radius.max())
-    size = max(size, float(np.ptp(position, axis=0).max()) / 500.0)  # no grid is larger than 500 cells cubed
-    cell = ((position - position.min(axis=0)) / size).astype(np.int64) + 1
-    full = np.zeros(cell.max(axis=0) + 2, dtype=bool)
+    size = max(size, float(np.ptp(position, axis=0).max()) / 300.0)  # no grid is larger than 300 cells cubed
+    cell = ((position - position.min(axis=0)) / size).astype(np.int64) + cells
+    full = np.zeros(cell.max(axis=0) + 1 + cells, dtype=bool)
     full[tuple(cell.T)] = True
     inner = full
-    for axis in range(3):  # one after the other: all 26 neighbours
-        inner = inner & np.roll(inner, 1, axis) & np.roll(inner, -1, axis)
+    for _ in range(cells):
+        for axis in range(3):  # one after the other: all 26 neighbours
+            inner = inner & np.roll(inner, 1, axis) & np.roll(inner, -1, axis)
     return np.flatnonzero(~inner[tuple(cell.T)])
 
 
@@ -160,7 +192,7 @@ def _nearest(
     position: Float64Array, radius: Float64Array, direction: Float64Array, pixel: float
 ) -> Int64Array:
     """Return the spheres that come first in each pixel, seen from ``direction``; shape (M,), int64."""
-    view = _frame(direction / np.linalg.norm(direction))
+    view = upright_frame(direction / np.linalg.norm(direction))
     flat = position @ view[:2].T
     depth = position @ view[2] + radius
     cell = ((flat - flat.min(axis=0, initial=0.0)) / pixel).astype(np.int64)
@@ -171,7 +203,7 @@ def _nearest(
     return np.flatnonzero(depth == front[place])
 
 
-def _frame(up: Float64Array) -> Float64Array:
+def upright_frame(up: Float64Array) -> Float64Array:
     """Return a right-handed frame as rows, its third along ``up``, shape (3, 3), float64; the axes for +z."""
     start = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     right = start - (start @ up) * up

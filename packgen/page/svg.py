@@ -9,7 +9,7 @@ from html import escape
 
 WIDTH, HEIGHT = 460.0, 300.0
 LEFT, RIGHT, TOP, BOTTOM = 64.0, 16.0, 12.0, 46.0
-DASHES = {"line": "", "dashed": ' stroke-dasharray="7 4"'}
+DASHES = {"line": "", "dashed": ' stroke-dasharray="7 4"', "dotted": ' stroke-dasharray="2 3"'}
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Series:
         label: Name in the legend; empty for none.
         x: Abscissas.
         y: Ordinates, as many.
-        style: ``line``, ``dashed`` or ``dots``.
+        style: ``line``, ``dashed``, ``dotted``, or ``dots`` without a line.
         colour: Number of the page's colour, from 0.
     """
 

@@ -7,11 +7,21 @@
   const context = canvas.getContext("2d", {willReadFrequently: true});  // kept in main memory, where it is drawn
   const say = document.getElementById("view-legend");
   const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
-  const sphere = new Float32Array(bytes(data.sphere)), label = new Int32Array(bytes(data.label));
   const count = data.shown;
+  const place = new Uint16Array(bytes(data.place)), size = new Uint8Array(bytes(data.size));
+  const sphere = new Float32Array(4 * count), label = new Int32Array(3 * count);
+  const ratio = data.radius_min > 0 ? data.radius_max / data.radius_min : 1;
+  for (let i = 0; i < count; i++) {
+    for (let axis = 0; axis < 3; axis++)
+      sphere[4 * i + axis] = data.span[axis] * (place[3 * i + axis] / 32767.5 - 1);
+    sphere[4 * i + 3] = data.radius_min * ratio ** (size[i] / 255);
+  }
+  let filled = 0;
+  for (const [run, ...names] of data.labels) for (const end = filled + run; filled < end; filled++) label.set(names, 3 * filled);
   const start = {azimuth: -0.5, elevation: 0.3, zoom: 1, x: 0, y: 0};
   const camera = {...start};
-  const choice = {colour: document.getElementById("colour"), cut: document.getElementById("cut")};
+  const choice = {};
+  for (const name of ["colour", "cut", "cut-at", "cut-says"]) choice[name] = document.getElementById(name);
   const kinds = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#777777"];
   const ramp = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
   const channels = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
@@ -80,17 +90,21 @@
     const half = data.half, flat = Math.hypot(half[0], half[1]);
     const scale = camera.zoom * 0.94 / Math.max(flat / (width / 2), (half[2] * ce + flat * Math.abs(se)) / (height / 2), 1e-30);
     const across = width / 2 + camera.x * width, down = height / 2 + camera.y * height;
-    const cut = choice.cut.checked;
-    // The part with y < 0 is taken away: its outward direction in the turned frame.
+    const cut = choice.cut.checked, plane = half[1] * (choice["cut-at"].value / 50 - 1) * scale;
+    // The part with y below the plane is taken away: its outward direction in the turned frame.
     const a = -ry, b = -uy, c = -vy;
     const lx = -0.4, ly = 0.55, lz = 0.73, reach = Math.hypot(...half) * scale;
+    // Spheres inside the bed are seen in the cut only, and through its gaps.
+    const behind = cut ? plane + 8 * data.radius_max * scale : -Infinity;
     for (let i = 0; i < count; i++) {
-      const x = sphere[4 * i] * scale, y = sphere[4 * i + 1] * scale, z = sphere[4 * i + 2] * scale;
+      const y = sphere[4 * i + 1] * scale;
+      if (i >= data.outer && y > behind) continue;
+      const x = sphere[4 * i] * scale, z = sphere[4 * i + 2] * scale;
       const r = Math.max(sphere[4 * i + 3] * scale, 0.6);
-      if (cut && y < -r) continue;
+      if (cut && y < plane - r) continue;
       const px = across + rx * x + ry * y, py = down - (ux * x + uy * y + uz * z), pz = vx * x + vy * y + vz * z;
       if (px + r < 0 || px - r > width || py + r < 0 || py - r > height) continue;
-      const split = cut && y < r;
+      const split = cut && y < plane + r;
       const top = Math.max(Math.ceil(py - r), 0), bottom = Math.min(Math.floor(py + r), height - 1);
       for (let row = top; row <= bottom; row++) {
         const dy = py - row, wide = Math.sqrt(Math.max(r * r - dy * dy, 0));
@@ -99,7 +113,7 @@
           const dx = column - px;
           let dz = Math.sqrt(Math.max(r * r - dx * dx - dy * dy, 0)), face = false;
           if (split) {
-            const outside = -y + a * dx + b * dy + c * dz;
+            const outside = plane - y + a * dx + b * dy + c * dz;
             if (outside > 0) {
               if (c <= 1e-9) continue;
               const back = outside / c;
@@ -107,9 +121,9 @@
               dz -= back; face = true;
             }
           }
-          const place = row * width + column, near = pz + dz;
-          if (near <= depth[place]) continue;
-          depth[place] = near;
+          const at = row * width + column, near = pz + dz;
+          if (near <= depth[at]) continue;
+          depth[at] = near;
           let light;
           if (face) {
             const edge = (dx * dx + dy * dy + dz * dz) / (r * r);
@@ -119,7 +133,7 @@
             if (dz < 0.3 * r) light *= 0.72;
           }
           light *= 0.86 + 0.14 * near / reach;
-          pixels[place] = 0xff000000 | Math.min(blue[i] * light, 255) << 16 |
+          pixels[at] = 0xff000000 | Math.min(blue[i] * light, 255) << 16 |
             Math.min(green[i] * light, 255) << 8 | Math.min(red[i] * light, 255);
         }
       }
@@ -192,8 +206,17 @@
     });
   }
   choice.colour.addEventListener("change", paint);
-  choice.cut.addEventListener("change", () => draw(1));
+  function cutMoved() {
+    const share = Number(choice["cut-at"].value);
+    const text = !choice.cut.checked ? "whole" : share === 50 ? "in half" : `${share} % taken away`;
+    choice["cut-at"].disabled = !choice.cut.checked;
+    choice["cut-at"].setAttribute("aria-valuetext", text);
+    choice["cut-says"].textContent = text;
+  }
+  choice.cut.addEventListener("change", () => { cutMoved(); draw(1); });
+  choice["cut-at"].addEventListener("input", () => { cutMoved(); moved(); });
   window.addEventListener("resize", () => draw(1));
   document.getElementById("view-section").hidden = false;
+  cutMoved();
   paint();
 })();

@@ -28,10 +28,12 @@ READER = """
 <script>
 (() => {
   const canvas = document.getElementById("view"), cut = document.getElementById("cut");
+  const slider = document.getElementById("cut-at");
   const colour = document.getElementById("colour"), notes = [];
   const press = key => canvas.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true}));
   const point = (kind, x) => canvas.dispatchEvent(
     new PointerEvent(kind, {pointerId: 1, clientX: x, clientY: 100, bubbles: true}));
+  const slide = to => { slider.value = to; slider.dispatchEvent(new Event("input")); };
   canvas.setPointerCapture = () => {};
   const note = name => {
     const all = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
@@ -41,7 +43,8 @@ READER = """
       sum = (sum * 31 + all[at] + 3 * all[at + 1] + 7 * all[at + 2] + all[at + 3]) % 1000003;
     }
     const legend = document.getElementById("view-legend").textContent;
-    notes.push({name, sum, drawn, legend, azimuth: canvas.dataset.azimuth});
+    const says = slider.getAttribute("aria-valuetext"), off = slider.disabled;
+    notes.push({name, sum, drawn, legend, says, off, azimuth: canvas.dataset.azimuth});
     document.body.dataset.notes = JSON.stringify(notes);
   };
   const steps = [
@@ -50,6 +53,9 @@ READER = """
     ["drag", () => { point("pointerdown", 100); point("pointermove", 160); point("pointerup", 160); }],
     ["zoom", () => canvas.dispatchEvent(new WheelEvent("wheel", {deltaY: -300, cancelable: true}))],
     ["home", () => press("Home")],
+    ["quarter", () => slide(25)],
+    ["most", () => slide(90)],
+    ["half", () => slide(50)],
     ["whole", () => cut.click()],
     ["radius", () => { colour.value = "radius"; colour.dispatchEvent(new Event("change")); }],
     ["zone", () => { colour.value = "zone"; colour.dispatchEvent(new Event("change")); }],
@@ -72,7 +78,7 @@ READER = """
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-def test_the_view_draws_turns_zooms_cuts_and_colours_without_a_console_error(tmp_path):
+def test_the_view_draws_turns_zooms_cuts_anywhere_and_colours_without_a_console_error(tmp_path):
     page = report_folder(lattice_folder(tmp_path))
     tried = tmp_path / "tried.html"
     text = page.read_text(encoding="utf-8").replace("<head>", "<head>" + FRAMES)
@@ -88,10 +94,15 @@ def test_the_view_draws_turns_zooms_cuts_and_colours_without_a_console_error(tmp
     assert seen["start"]["drawn"] > 10_000
     assert seen["key"]["azimuth"] != seen["start"]["azimuth"]
     assert seen["drag"]["azimuth"] != seen["key"]["azimuth"]
-    order = ["start", "key", "drag", "zoom", "home", "whole"]
+    order = ["start", "key", "drag", "zoom", "home", "quarter", "most", "half", "whole"]
     for before, after in pairwise(order):
         assert seen[before]["sum"] != seen[after]["sum"], after
     assert seen["home"]["sum"] == seen["start"]["sum"]
+    assert seen["half"]["sum"] == seen["home"]["sum"]
+    assert seen["most"]["drawn"] < seen["half"]["drawn"] < seen["quarter"]["drawn"]
+    said = [seen[name]["says"] for name in ("start", "quarter", "whole")]
+    assert said == ["in half", "25 % taken away", "whole"]
+    assert [seen[name]["off"] for name in ("half", "whole")] == [False, True]
     assert seen["whole"]["drawn"] > seen["home"]["drawn"]
     assert "radius 0.1" in seen["radius"]["legend"]
     assert seen["zone"]["legend"] == "zone 0"

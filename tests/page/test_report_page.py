@@ -10,9 +10,10 @@ import pytest
 
 from packgen.bedfile import save_bed
 from packgen.errors import PackgenError
+from packgen.geometry import Cone
 from packgen.page import report_folder
 from packgen.report import build_report
-from tests.beds import box_container, cubic_lattice, make_bed
+from tests.beds import box_container, cubic_lattice, make_bed, make_container, revolved_surface
 
 PAGE_MAX = 5_000_000
 
@@ -70,9 +71,9 @@ def read(folder):
 
 def test_every_figure_has_the_exact_value_of_report_json(tmp_path):
     page, report = read(lattice_folder(tmp_path))
-    assert {"sphere_count", "solid_fraction.filled", "overlap.overlap_max", "contacts.2.mean"} <= set(
-        page.values
-    )
+    known = {"sphere_count", "solid_fraction.filled", "overlap.overlap_max", "contacts.2.mean"}
+    known |= {"contacts.2.rattlers", "order.crystal", "order.crystal_wall", "step_zero.force_max"}
+    assert known <= set(page.values)
     for key, value in page.values.items():
         found = report
         for step in key.split("."):
@@ -90,6 +91,7 @@ def test_the_page_loads_nothing(tmp_path):
     page, _ = read(lattice_folder(tmp_path))
     assert set(page.loaded) <= {"data:,"}
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    text = re.sub(r'"(place|size)":"[^"]*"', "", text)  # base64 may spell anything
     assert (
         re.search(
             r"https?:|//[a-z]|@import|url\(|fetch\(|import\(", re.sub(r"^ *//.*$", "", text, flags=re.M)
@@ -126,11 +128,12 @@ def test_a_report_of_an_older_version_has_a_page_with_fewer_plots(tmp_path):
     folder = lattice_folder(tmp_path)
     page, report = read(folder)
     plots = sum(tag == "figure" for tag, _ in page.tags)
-    for key in ("profile", "gaps"):
+    for key in ("profile", "gaps", "order"):
         del report[key]
+    del report["contacts"][2]["rattlers"]
     (folder / "report.json").write_text(json.dumps(report))
     page, _ = read(folder)
-    assert sum(tag == "figure" for tag, _ in page.tags) == plots - 2
+    assert sum(tag == "figure" for tag, _ in page.tags) == plots - 3
 
 
 def test_what_a_screen_reader_needs_is_there(tmp_path):
@@ -163,3 +166,24 @@ def test_a_validation_is_shown_with_its_verdict(tmp_path):
     text = report_folder(folder).read_text(encoding="utf-8")
     assert "LIGGGHTS 3.8: not confirmed" in text
     assert text.count("✘ missed") == 2  # the force, and the law that is no number
+    assert "Solvers against their limits" in text
+    assert "liggghts, force" in text
+
+
+def test_a_round_bed_shows_both_published_curves_and_its_pair_correlation(tmp_path):
+    surface = revolved_surface([(0, 1.0), (4, 1.0)], 48)
+    tube = Cone(np.zeros(3), np.array([0.0, 0, 1]), 4.0, 1.0, 1.0)
+    position = np.random.default_rng(0).uniform([-0.6, -0.6, 0.1], [0.6, 0.6, 3.9], (600, 3))
+    bed = make_bed(position, 0.08, make_container(tube, surface, 4 * np.pi))
+    text = report_folder(result_folder(tmp_path, bed)).read_text(encoding="utf-8")
+    for words in ("Porosity near the wall", "Mueller 1992", "de Klerk 2003", "Pair correlation g(r)"):
+        assert words in text
+    for line in re.findall(r'points="([^"]*)"', text):
+        assert "nan" not in line
+
+
+def test_what_looks_wrong_is_shown(tmp_path):
+    folder = lattice_folder(tmp_path)
+    report = json.loads((folder / "report.json").read_text())
+    (folder / "report.json").write_text(json.dumps(report | {"warnings": ["the <mesh> was mended"]}))
+    assert "the &lt;mesh&gt; was mended" in report_folder(folder).read_text(encoding="utf-8")

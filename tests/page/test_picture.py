@@ -1,0 +1,58 @@
+"""Still pictures, drawn without a display."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from packgen.bed import ParticleSet
+from packgen.errors import PackgenError
+from packgen.page import PICTURES, picture_folder, write_pictures
+from tests.page.test_report_page import lattice_folder
+
+
+def coloured(path):
+    """Pixels of a picture that are not grey, (height, width), bool."""
+    from matplotlib.image import imread
+
+    return np.ptp(imread(path)[..., :3], axis=-1) > 0.1
+
+
+@pytest.mark.slow
+def test_pictures_show_the_bed_at_true_size_and_are_listed(tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    sets = tuple(ParticleSet(name, 2500.0, "ore") for name in "ab")
+    index = (np.arange(125) % 2).astype(np.int32)
+    folder = lattice_folder(tmp_path, particle_sets=sets, set_index=index)
+    whole, half = map(coloured, picture_folder(folder))
+    listed = json.loads((folder / "report.json").read_text())["files"]
+    assert set(PICTURES) <= set(listed)
+    assert not [path for path in folder.iterdir() if "unfinished" in path.name]
+    # Both are five spheres wide, and the half has lost the front of its top.
+    assert whole.any(axis=0).sum() == pytest.approx(half.any(axis=0).sum(), abs=3)
+    assert half.sum() < whole.sum()
+
+
+def test_without_anything_to_draw_with_the_reason_is_said_and_nothing_is_left(tmp_path, monkeypatch):
+    folder = lattice_folder(tmp_path)
+    before = sorted(path.name for path in folder.iterdir())
+    crash = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"]
+    run = subprocess.run
+
+    def crashing(command, **options):
+        return run(crash, **options)
+
+    monkeypatch.setattr("packgen.page.picture.subprocess.run", crashing)
+    with pytest.raises(PackgenError, match="apt-get install libegl1"):
+        write_pictures(folder)
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_a_spoilt_bed_has_no_picture_but_a_reason(tmp_path):
+    (tmp_path / "bed.npz").write_text("x")
+    with pytest.raises(PackgenError, match="no pictures: "):
+        write_pictures(tmp_path)
