@@ -18,12 +18,11 @@ from types import FrameType
 from typing import NoReturn
 
 from packgen import __version__
-from packgen.cli.screen import say
+from packgen.cli.screen import DEBUG_VARIABLE, say
 from packgen.errors import PackgenError
 
 COMMANDS = ("report", "compare")
 EXIT_INTERRUPTED = 130
-DEBUG_VARIABLE = "PACKGEN_DEBUG"
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -150,6 +149,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
+    )
+    parser.add_argument(
+        "--picture", action="store_true", help="draw the bed, whole and cut in half: bed.png, bed_half.png"
     )
     parser.add_argument("--no-report", action="store_true", help="make no report.html")
     parser.add_argument(

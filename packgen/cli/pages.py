@@ -33,11 +33,14 @@ def _report(arguments: Sequence[str]) -> int:
         allow_abbrev=False,
     )
     parser.add_argument("folders", metavar="DIR", type=Path, nargs="+", help="result folder of a run")
+    parser.add_argument("--picture", action="store_true", help="draw bed.png and bed_half.png too")
     options = parser.parse_args(arguments)
-    from packgen.page import report_folder
+    from packgen.page import picture_folder, report_folder
 
     for folder in options.folders:
         say(f"written: {report_folder(folder)}", sys.stdout)
+        for path in picture_folder(folder) if options.picture else ():
+            say(f"written: {path}", sys.stdout)
     return 0
 
 

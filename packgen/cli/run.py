@@ -14,10 +14,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from packgen.cli.looks import write_looks
 from packgen.cli.progress import Listener, Share, show_progress
 from packgen.cli.screen import say, table
 from packgen.errors import ExportError, PackgenError, SolverError
-from packgen.results import MANIFEST, PAGE, ResultFolder, list_files
+from packgen.results import ResultFolder
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.arrange.pack import PackResult
@@ -74,19 +75,9 @@ def run_scene(options: argparse.Namespace) -> int:
     with folder:
         bed, report = _make(plan.scene, options, watch)
         missed, verdict = _write(bed, plan, folder.path, options, watch)
-        view = None if options.no_report else _view(bed, watch)
-        report = replace(
-            report,
-            missed=(*report.missed, *missed),
-            timings=watch.seconds,
-            peak_memory=peak_memory(),
-            files=(*list_files(folder.path), MANIFEST, *(() if view is None else (PAGE,))),
-        )
-        report.write(folder.path / MANIFEST)
-        if view is not None:
-            from packgen.page import write_page
-
-            write_page(folder.path, folder.target.name, view)
+        report = replace(report, missed=(*report.missed, *missed), peak_memory=peak_memory())
+        name, page = folder.target.name, not options.no_report
+        report = write_looks(bed, report, folder.path, name, watch, page=page, picture=options.picture)
         folder.commit()
     return _conclude(report, verdict, folder, quiet=options.quiet)
 
@@ -203,14 +194,6 @@ def _write(
     with watch.stage("validate"):
         unconfirmed, verdict = _validate(bed, plan, folder, options)
     return missed + unconfirmed, verdict
-
-
-def _view(bed: Bed, watch: Stopwatch) -> dict[str, Any]:
-    """Choose the spheres of the page; the rest of it waits for the report, whose numbers it shows."""
-    from packgen.page import spheres_of, view_data
-
-    with watch.stage("page"):
-        return view_data(spheres_of(bed))
 
 
 def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) -> tuple[list[str], str]:

@@ -6,6 +6,8 @@ import os
 from collections.abc import Sequence
 from typing import TextIO
 
+DEBUG_VARIABLE = "PACKGEN_DEBUG"  # set: faults of packgen show where they happened
+
 
 def say(text: str, stream: TextIO) -> None:
     """Write a line; a reader that has gone away is no error."""

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from packgen.cli import main
-from packgen.errors import PackingError, SolverError
+from packgen.errors import PackgenError, PackingError, SolverError
 from tests.beds import cubic_lattice, make_bed
 
 SCENE = """
@@ -84,6 +84,47 @@ def test_a_run_leaves_the_files_of_the_contract_and_no_other(scene, core, capsys
     out = capsys.readouterr().out
     assert "125 of 125" in out
     assert "0.5236" in out
+
+
+@pytest.mark.parametrize("where", ["packgen.page.view_data", "packgen.page.write_page"])
+def test_a_fault_of_the_page_costs_a_warning_not_the_bed(scene, core, capsys, monkeypatch, where):
+    def fail(*_):
+        raise ZeroDivisionError("drawn too small")
+
+    core(placed=100)
+    monkeypatch.setattr(where, fail)
+    assert main([scene, "--export", "liggghts"]) == 1  # as it would be: 25 spheres are missing
+    assert {"bed.npz", "report.json", "liggghts"} == set(os.listdir("box"))
+    assert "report.html" not in report_of()["files"]
+    (line,) = report_of()["warnings"]
+    assert "no report.html: ZeroDivisionError: drawn too small" in line
+    lines = capsys.readouterr().err.splitlines()
+    assert f"packgen: warning: {line}" in lines
+    assert "100 of 125" in lines[-1]
+
+
+def test_pictures_are_drawn_where_asked_for(scene, core, monkeypatch):
+    def write_pictures(folder):
+        (folder / "bed.png").write_bytes(b"picture")
+        return (folder / "bed.png",)
+
+    core()
+    monkeypatch.setattr("packgen.page.write_pictures", write_pictures)
+    assert main([scene, "--picture", "--quiet"]) == 0
+    assert "bed.png" in report_of()["files"]
+    assert main([scene, "--quiet"]) == 0  # packgen's own picture is no foreign file
+    assert not Path("box/bed.png").exists()
+
+
+def test_without_anything_to_draw_with_the_bed_is_kept(scene, core, capsys, monkeypatch):
+    def write_pictures(folder):
+        raise PackgenError("no pictures: VTK found nothing to draw with")
+
+    core()
+    monkeypatch.setattr("packgen.page.write_pictures", write_pictures)
+    assert main([scene, "--picture"]) == 0
+    assert {"bed.npz", "report.json", "report.html"} == set(os.listdir("box"))
+    assert "packgen: warning: no pictures: VTK found nothing" in capsys.readouterr().err
 
 
 def test_seed_and_folder_of_the_command_line_win(scene, core):
