@@ -51,9 +51,9 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     if options.unstructured:
         import meshio
 
-        meshio.Mesh(bed.position, {"vertex": each[:, None]}, point_data=dict(arrays)).write(
-            folder / "bed.vtu"
-        )
+        mesh = meshio.Mesh(bed.position, {"vertex": each[:, None]}, point_data=dict(arrays))
+        # Random digits do not get smaller by compression, only later.
+        mesh.write(folder / "bed.vtu", compression=None)
         paths.append(folder / "bed.vtu")
     return paths
 

@@ -162,7 +162,19 @@ def test_bed_quality_judges_the_bed_and_its_mark(tmp_path):
     assert "ratio" in text
 
 
-@pytest.mark.parametrize("script", ["speed_against_error", "scaling", "bed_quality"])
+@pytest.mark.slow
+def test_export_speed_writes_each_format_in_a_process_of_its_own(tmp_path):
+    rows, text = run(
+        "export_speed", tmp_path, "--spheres", "20000", "--repeats", "2", "--formats", "csv", "vtk with vtu"
+    )
+    assert [row["format"] for row in rows] == ["csv", "csv", "vtk with vtu", "vtk with vtu"]
+    # A sphere has four numbers of ten characters or eight bytes at least.
+    assert all(int(row["bytes"]) > 20_000 * 32 for row in rows)
+    assert all(float(row["processor_seconds"]) > 0 and float(row["extra_memory_MB"]) >= 0 for row in rows)
+    assert "more than 2 s of processor time: none" in text
+
+
+@pytest.mark.parametrize("script", ["speed_against_error", "scaling", "bed_quality", "export_speed"])
 def test_every_script_explains_itself(script, capsys):
     with pytest.raises(SystemExit, match="0"):
         importlib.import_module(script).main(["--help"])
