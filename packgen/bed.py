@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, read_only
-from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
+from packgen.geometry import (
+    Ball,
+    Box,
+    Cone,
+    Container,
+    Mesh,
+    Polyhedron,
+    Shape,
+    Surface,
+    floor_direction,
+)
 
 __all__ = [
     "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
@@ -111,3 +121,25 @@ class Bed:
         names = [material.name for material in self.materials]
         by_set = np.array([names.index(each.material) for each in self.particle_sets], dtype=np.int32)
         return by_set[self.set_index]
+
+    @property
+    def down(self) -> Float64Array:
+        """Unit vector towards what the bed lies on, shape (3,).
+
+        Gravity without its part along periodic axes; all of it for an endless bed, -z where there is none.
+        """
+        strength = float(np.linalg.norm(self.gravity))
+        if strength == 0.0:
+            return np.array([0.0, 0.0, -1.0])
+        held = floor_direction(self.gravity, self.container.periodic)
+        return self.gravity / strength if held is None else held
+
+    @property
+    def endless(self) -> bool:
+        """Whether the container wraps around along gravity: nothing holds the bed, it would fall for ever."""
+        return bool(self.gravity.any()) and floor_direction(self.gravity, self.container.periodic) is None
+
+    @property
+    def acceleration(self) -> Float64Array:
+        """Acceleration for the solvers [m/s2], shape (3,): that of gravity, none in an endless bed."""
+        return np.zeros(3) if self.endless else self.gravity

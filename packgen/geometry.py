@@ -12,6 +12,9 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array, read_only
 
+FLOOR_SHARE_MIN = 1.0e-9
+"""Share of gravity, across the periodic axes, below which it is rounding."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Surface:
@@ -146,3 +149,21 @@ class Container:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", read_only(self.bounds, np.float64, (2, 3), "bounds"))
+
+
+def floor_direction(gravity: Float64Array, periodic: tuple[bool, bool, bool]) -> Float64Array | None:
+    """Return the direction in which something holds a bed: gravity without what is along periodic axes.
+
+    Args:
+        gravity: Gravity or its direction, shape (3,).
+        periodic: Whether the container wraps around along x, y, z.
+
+    Returns:
+        Unit vector, shape (3,); None where nothing is left of gravity: the bed has no floor.
+    """
+    held = np.where(periodic, 0.0, np.asarray(gravity, float))
+    strength = float(np.linalg.norm(held))
+    if not strength > FLOOR_SHARE_MIN * float(np.linalg.norm(gravity)):
+        return None
+    direction: Float64Array = held / strength
+    return direction

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from packgen.arrange.endless import fill_at_once
 from packgen.arrange.layers import LayerPlan, fill_in_layers
 from packgen.arrange.projection import Recipe, settle
 from packgen.arrange.region import Region, make_region
@@ -18,6 +19,7 @@ from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.task import Progress, Task, ZoneTask
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
+from packgen.geometry import floor_direction
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -76,11 +78,16 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
         task.on_progress(Progress("arrange", placed, total, batch, min(max(height, 0.0), 1.0), thrown_back))
 
     placed, batch = len(pile), first_batch
+    endless = floor_direction(task.down, task.container.periodic) is None
     for gap in (recipe.gap, 0.0):
         recipe = replace(recipe, gap=gap)
-        batch = fill_in_layers(
-            region, zone.supply, pile, zone.index, recipe, plan, task.rng, on_layer, batch, device=task.device
-        )
+        supply, index, rng, device = zone.supply, zone.index, task.rng, task.device
+        if endless:
+            batch = fill_at_once(region, supply, pile, index, recipe, rng, on_layer, batch, device)
+        else:
+            batch = fill_in_layers(
+                region, supply, pile, index, recipe, plan, rng, on_layer, batch, device=device
+            )
         if len(pile) > placed:
             break
         # Walls as far apart as a sphere is wide leave no room for the gap that spheres are arranged with.

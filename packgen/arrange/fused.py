@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.kernels.pairs import cell_keys, fill_list, gather, level_grids
 from packgen.arrange.kernels.sweep import sphere_overlaps, sweep, wall_candidates
+from packgen.arrange.seams import SeamPairs, no_pairs, seam_pairs
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 
@@ -20,7 +21,7 @@ class FusedLayer:
     Attributes:
         ball: Centres and arranged radii [m], shape (N, 4); the first ``moving`` move.
         moving: How many move.
-        walls: What bounds the moving ones.
+        walls: What bounds the moving ones, and where space wraps around.
         previous: Centres of the moving spheres one sweep ago [m], shape (moving, 3).
         identity: Place of each moving sphere in the order given, shape (moving,).
     """
@@ -37,6 +38,7 @@ class FusedLayer:
     wall_begin: Int64Array = field(init=False)
     wall_item: Int32Array = field(init=False)
     wall_room: Float64Array = field(init=False)
+    seam: SeamPairs = field(init=False)
     owners: int = 0
 
     def __post_init__(self) -> None:
@@ -46,9 +48,11 @@ class FusedLayer:
         self.wall_item = np.empty(2 * self.moving + 4096, np.int32)
         self.wall_room = np.empty(len(self.wall_item))
         self.shift = np.empty((self.moving, 3))
+        self.seam = no_pairs()
 
     def rebuild(self, skin: float) -> None:
         """Sort the spheres by cell and list their neighbours and walls anew."""
+        self._wrap()
         box, level, size, cells, first = level_grids(self.ball, len(self.ball), skin)
         moving = self.moving
         _, start_moving, order = cell_keys(self.ball, 0, moving, box, level, size, cells, first)
@@ -73,8 +77,17 @@ class FusedLayer:
             < 0
         ):  # fmt: skip
             self.neighbor = np.empty(2 * len(self.neighbor), np.int32)
+        if self.walls.seams.wraps:
+            self.seam = seam_pairs(self.ball, moving, self.walls.seams, skin)
         self._list_walls(skin)
         self.anchor = self.ball[:moving, :3].copy()
+
+    def _wrap(self) -> None:
+        if self.walls.seams.wraps:
+            position = self.ball[: self.moving, :3]
+            inside = self.walls.seams.wrapped(position)
+            self.previous += inside - position
+            position[:] = inside
 
     def _list_walls(self, skin: float) -> None:
         walls = self.walls
@@ -96,8 +109,9 @@ class FusedLayer:
         """Run one sweep; see ``kernels.sweep.sweep``."""
         worst, strays = sweep(
             self.ball, self.previous, self.shift, self.anchor, self.moving, self.owners,
-            self.begin, self.neighbor, self.wall_begin, self.wall_item, self.wall_room, self.walls.kind,
-            self.walls.row, sink, momentum, relaxation, stride, skin,
+            self.begin, self.neighbor, self.seam.first, self.seam.second, self.seam.offset,
+            self.wall_begin, self.wall_item, self.wall_room, self.walls.kind, self.walls.row,
+            sink, momentum, relaxation, stride, skin,
         )  # fmt: skip
         return float(worst), int(strays)
 
@@ -107,6 +121,7 @@ class FusedLayer:
         height = -(self.ball[: self.moving, :3] @ down)
         worst = sphere_overlaps(
             self.ball, scale, self.moving, self.owners, self.begin, self.neighbor,
+            self.seam.first, self.seam.second, self.seam.offset,
             self.wall_begin, self.wall_item, self.walls.kind, self.walls.row, height, blame,
         )  # fmt: skip
         return float(worst), blame
@@ -122,4 +137,4 @@ class FusedLayer:
 
     def positions(self) -> Float64Array:
         """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
-        return self.ball[: self.moving, :3]
+        return self.walls.seams.wrapped(self.ball[: self.moving, :3])

@@ -180,7 +180,8 @@ class _Zone:
             draw = self.supply.take(len(points))
             return points[: len(draw.radius)], draw
         draw = self.supply.take(max(len(points) // self.spare, 1))
-        chosen, found = assign_starts(points, draw.radius, front.position, front.radius)
+        seams = self.region.walls.seams
+        chosen, found = assign_starts(points, draw.radius, front.position, front.radius, seams)
         start, last = points[chosen[found]], self.supply.finished
         self.supply.put_back(Draw(draw.radius[~found], draw.set_index[~found]))
         draw = Draw(draw.radius[found], draw.set_index[found])
@@ -304,5 +305,6 @@ class _Zone:
 
     def _nearby(self, tops: Float64Array, chosen: Callable[..., Float64Array]) -> Float64Array:
         """Return the lowest or highest top among the columns within reach of each column [m]."""
-        size = 2 * math.ceil(2.0 * self.supply.radius_max / self.map.width) + 1
-        return chosen(tops.reshape(self.map.shape), size=size, mode="nearest").ravel()
+        sizes = [2 * math.ceil(2.0 * self.supply.radius_max / width) + 1 for width in self.map.width]
+        modes = ["wrap" if wraps else "nearest" for wraps in self.map.wraps]
+        return chosen(tops.reshape(self.map.shape), size=sizes, mode=modes).ravel()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -16,7 +16,7 @@ from packgen.arrange.task import Algorithm, Progress, Task, ZoneTask
 from packgen.bed import Bed, ParticleSet
 from packgen.container import checked_locations
 from packgen.errors import PackingError
-from packgen.geometry import Container, Shape, Slice
+from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.radii import Supply
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 ALGORITHMS = {"COLLECTIVE_ARRANGEMENT": "packgen.arrange.collective:arrange"}
 """Built-in algorithms; third parties add theirs by the entry-point group ``packgen.algorithms``."""
+
+PERIOD_MIN = 4.0
+"""Least length of a periodic box, in largest radii."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +93,6 @@ def pack(
         PackingError: Nothing can be placed, or a location or an amount makes no sense.
     """
     _check_device(device)
-    if any(container.periodic):
-        place = scene.mark("container.periodic")
-        raise PackingError(
-            f"{place}: container.periodic: not supported yet; leave it out for a box with walls"
-        )
     algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
     locations = checked_locations(scene, container, warn)
     seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
@@ -102,11 +100,13 @@ def pack(
     for index, zone in enumerate(scene.zones):
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(seeds[index + 1]))
         zones.append(ZoneTask(index, scene.mark(f"zones[{index}]"), locations[index], supply))
-    down = np.asarray(scene.gravity_direction, float)
+    _check_periods(scene, container, zones)
+    gravity = np.asarray(scene.gravity_direction, float)
+    down = floor_direction(gravity, container.periodic)
     task = Task(
         container,
         tuple(zones),
-        down / np.linalg.norm(down),
+        gravity / np.linalg.norm(gravity) if down is None else down,
         scene.params,
         np.random.default_rng(seeds[0]),
         threads,
@@ -125,6 +125,29 @@ def pack(
         for zone in zones
     )
     return PackResult(_bed(scene, container, spheres), results)
+
+
+def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]) -> None:
+    """Refuse a box that wraps around after so short a way that a sphere meets another one twice."""
+    if not any(container.periodic):
+        return
+    place = f"{scene.mark('container.periodic')}: container.periodic"
+    lengths = container.bounds[1] - container.bounds[0]
+    least = PERIOD_MIN * max(zone.supply.radius_max for zone in zones)
+    faults = [
+        f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
+        f"{least:.4g} m, two diameters of the largest sphere, so that none meets another one twice; "
+        f"make it longer or leave {'xyz'[axis]} out"
+        for axis in np.flatnonzero(container.periodic)
+        if lengths[axis] < least
+    ]
+    if getattr(scene.params, "optimizer", None) == "adam":
+        faults.append(
+            f"{scene.mark('params.optimizer')}: params.optimizer: found adam, expected projection in a "
+            "periodic box; adam knows walls only"
+        )
+    if faults:
+        raise PackingError("\n".join(faults))
 
 
 def _check_device(device: str) -> None:

@@ -12,6 +12,7 @@ from torch import Tensor
 from packgen.arrange.kernels.sweep import wall_candidates
 from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
 from packgen.arrange.plain_walls import feature_gaps
+from packgen.arrange.seams import images
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
 
@@ -31,14 +32,41 @@ class PlainLayer:
 
     def rebuild(self, skin: float) -> None:
         """List neighbours and walls anew, good until a sphere moves by ``skin * radius / 2``."""
+        self._wrap()
         position, radius, moving = self.ball[:, :3], self.ball[:, 3], self.moving
         reach = radius * (1.0 + 0.5 * skin)
         inner = neighbor_pairs(position[:moving], reach[:moving])
         outer = neighbor_pairs_between(position[:moving], reach[:moving], position[moving:], reach[moving:])
         shifted = outer + torch.tensor([0, moving], device=self.device)
         self.pairs: Tensor = torch.cat([inner, shifted])
+        self.offset = torch.zeros((1, 3), dtype=torch.float64, device=self.device)
+        if self.walls.seams.wraps:
+            self._list_seams(reach, skin)
         self.anchor = position[:moving].clone()
         self._list_walls(skin)
+
+    def _wrap(self) -> None:
+        if self.walls.seams.wraps:
+            position = self.ball[: self.moving, :3]
+            inside = torch.as_tensor(self.walls.seams.wrapped(position.cpu().numpy()), device=self.device)
+            self.previous += inside - position
+            self.ball[: self.moving, :3] = inside
+
+    def _list_seams(self, reach: Tensor, skin: float) -> None:
+        """Append the pairs of a sphere and another one's image to the list, each pair once."""
+        sphere, shift = images(self.ball.cpu().numpy(), self.walls.seams, 1.0 + 0.5 * skin)
+        owner = torch.as_tensor(sphere, device=self.device)
+        offset = torch.as_tensor(shift, device=self.device)
+        position = self.ball[:, :3]
+        found = neighbor_pairs_between(position, reach, position[owner] + offset, reach[owner])
+        first, second, offset = found[:, 0], owner[found[:, 1]], offset[found[:, 1]]
+        # The first of a pair moves, as in the list of all others.
+        turn = first >= self.moving
+        first, second = torch.where(turn, second, first), torch.where(turn, first, second)
+        offset = torch.where(turn[:, None], -offset, offset)
+        wanted = first < self.moving
+        self.offset = torch.cat([self.offset.expand(len(self.pairs), 3), offset[wanted]])
+        self.pairs = torch.cat([self.pairs, torch.stack([first, second], dim=1)[wanted]])
 
     def _list_walls(self, skin: float) -> None:
         ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
@@ -68,7 +96,7 @@ class PlainLayer:
 
     def _pair_depths(self, scale: float) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         first, second = self.pairs.unbind(dim=1)
-        difference = self.ball[first, :3] - self.ball[second, :3]
+        difference = self.ball[first, :3] - (self.ball[second, :3] + self.offset)
         distance = torch.linalg.vector_norm(difference, dim=1)
         overlap = scale * (self.ball[first, 3] + self.ball[second, 3]) - distance
         smaller = scale * torch.minimum(self.ball[first, 3], self.ball[second, 3])
@@ -153,4 +181,4 @@ class PlainLayer:
 
     def positions(self) -> Float64Array:
         """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
-        return np.asarray(self.ball[: self.moving, :3].cpu().numpy())
+        return self.walls.seams.wrapped(self.ball[: self.moving, :3].cpu().numpy())

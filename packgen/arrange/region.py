@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.inside import InsideMap
+from packgen.arrange.seams import Seams
 from packgen.arrange.walls import WallTable, least_gap, wall_table
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
@@ -125,7 +126,9 @@ def make_region(
     if (bounds[0] >= bounds[1]).any():
         raise PackingError(f"{place}: the location lies outside the container; move it inside")
     frame = gravity_frame(down)
-    walls = wall_table([container.shape, *locations], bounds, radius_max, container.periodic)
+    seams = Seams.of(container)
+    shapes = [container.shape, *locations, *_seam_planes(locations, seams)]
+    walls = wall_table(shapes, bounds, radius_max, seams)
     corners = np.array([[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]])
     altitude = corners @ frame[2]
     floor, ceiling = float(altitude.min()), float(altitude.max())
@@ -140,6 +143,16 @@ def make_region(
     meshes = [each.surface for each in (container.shape, *locations) if isinstance(each, Mesh)]
     sides = InsideMap.over(meshes, bounds, radius_min or radius_max) if meshes else None
     return Region(walls, bounds, frame, floor, ceiling, sides)
+
+
+def _seam_planes(locations: Sequence[Shape | Slice], seams: Seams) -> list[Slice]:
+    """Return what keeps centres from wrapping around where a location ends: it does not wrap with them."""
+    planes = []
+    for axis in np.flatnonzero(seams.period):
+        if any(np.isfinite([each[axis] for each in shape_bounds(location)]).any() for location in locations):
+            low = float(seams.low[axis])
+            planes.append(Slice(np.eye(3)[axis], low, low + float(seams.period[axis]), centers_only=True))
+    return planes
 
 
 def shape_bounds(shape: Shape | Slice) -> tuple[Float64Array, Float64Array]:
@@ -172,15 +185,17 @@ class ColumnMap:
 
     Attributes:
         frame: The region's frame, shape (3, 3).
-        width: Column width [m].
+        width: Column width along u and v [m], shape (2,); it divides a period.
         shape: Number of columns along u and v.
         corner: Lower corner of the grid in u and v [m], shape (2,).
+        wraps: Whether the region wraps around along u and v.
     """
 
     frame: Float64Array
-    width: float
+    width: Float64Array
     shape: tuple[int, int]
     corner: Float64Array
+    wraps: tuple[bool, bool]
 
     @classmethod
     def over(cls, region: Region, width: float) -> ColumnMap:
@@ -188,7 +203,12 @@ class ColumnMap:
         least, most = region.rectangle()
         width = max(width, float(np.sqrt(np.prod(most - least) / COLUMNS_MAX)))
         columns = np.maximum(np.ceil((most - least) / width), 1.0)
-        return cls(region.frame, width, (int(columns[0]), int(columns[1])), least)
+        # Down is across every periodic axis: each is one of the frame's own.
+        wraps = np.abs(region.frame[:2]) @ (region.walls.seams.period > 0.0) > 0.5
+        # A narrow column at the seam would have fewer spheres, and a lower top, than all others.
+        widths = np.where(wraps, (most - least) / columns, width)
+        u, v = wraps.tolist()
+        return cls(region.frame, widths, (int(columns[0]), int(columns[1])), least, (u, v))
 
     @property
     def count(self) -> int:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from packgen.arrange.seams import Seams
 from packgen.arrays import Float64Array, Int64Array
 
 APART = 0.9
@@ -13,7 +13,11 @@ APART = 0.9
 
 
 def assign_starts(
-    points: Float64Array, radius: Float64Array, position_fixed: Float64Array, radius_fixed: Float64Array
+    points: Float64Array,
+    radius: Float64Array,
+    position_fixed: Float64Array,
+    radius_fixed: Float64Array,
+    seams: Seams,
 ) -> tuple[Int64Array, NDArray[np.bool_]]:
     """Give each sphere one of the points, octave by octave of radius, the largest first.
 
@@ -25,6 +29,7 @@ def assign_starts(
         radius: Radii of the new spheres [m], shape (N,).
         position_fixed: Centres of the spheres at rest nearby [m], shape (F, 3).
         radius_fixed: Their radii [m], shape (F,).
+        seams: Where space wraps around.
 
     Returns:
         (point of each sphere, shape (N,), int64; which spheres got one, shape (N,)).
@@ -36,23 +41,25 @@ def assign_starts(
     for number in np.unique(octave):
         members = np.flatnonzero(octave == number)
         edge = largest * 0.5**number
-        _close(points, free, radius_of=edge, position=position_fixed, radius=radius_fixed)
+        _close(points, free, seams, radius_of=edge, position=position_fixed, radius=radius_fixed)
         coarse = number < octave.max()
-        picked = _pick(points, free, len(members), APART * 1.5 * edge if coarse else 0.0)
+        picked = _pick(points, free, seams, len(members), APART * 1.5 * edge if coarse else 0.0)
         placed = members[: len(picked)]
         chosen[placed] = picked
         free[picked] = False
-        _close(points, free, radius_of=0.5 * edge, position=points[picked], radius=radius[placed])
+        _close(points, free, seams, radius_of=0.5 * edge, position=points[picked], radius=radius[placed])
     return chosen, chosen >= 0
 
 
-def _pick(points: Float64Array, free: NDArray[np.bool_], count: int, apart: float) -> Int64Array:
+def _pick(
+    points: Float64Array, free: NDArray[np.bool_], seams: Seams, count: int, apart: float
+) -> Int64Array:
     """Return the first free points, by random sequential addition where they have to be apart [m]."""
     candidates = np.flatnonzero(free)
     if apart == 0.0 or count == 0:
         return candidates[:count]
     candidates = candidates[: 20 * count]
-    tree = cKDTree(points[candidates])
+    tree, placed = seams.tree(points[candidates]), seams.placed(points[candidates])
     blocked = np.zeros(len(candidates), bool)
     picked: list[int] = []
     for index in range(len(candidates)):
@@ -60,7 +67,7 @@ def _pick(points: Float64Array, free: NDArray[np.bool_], count: int, apart: floa
             break
         if not blocked[index]:
             picked.append(index)
-            blocked[tree.query_ball_point(points[candidates[index]], apart)] = True
+            blocked[tree.query_ball_point(placed[index], apart)] = True
     if len(picked) < count:
         # No more room: the rest overlap, and the sweeps part them or throw them back.
         rest = np.setdiff1d(np.arange(len(candidates)), picked)[: count - len(picked)]
@@ -71,6 +78,7 @@ def _pick(points: Float64Array, free: NDArray[np.bool_], count: int, apart: floa
 def _close(
     points: Float64Array,
     free: NDArray[np.bool_],
+    seams: Seams,
     *,
     radius_of: float,
     position: Float64Array,
@@ -80,7 +88,6 @@ def _close(
     large = radius > 1.5 * radius_of
     if not large.any():
         return
-    tree = cKDTree(points)
     reach = radius[large] + 0.5 * radius_of
-    for near in tree.query_ball_point(position[large], reach):
+    for near in seams.tree(points).query_ball_point(seams.placed(position[large]), reach):
         free[near] = False

@@ -19,6 +19,7 @@ from packgen.arrange.kernels.walls import (
     TRIANGLE,
     wall_gap,
 )
+from packgen.arrange.seams import NO_SEAMS, Seams
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 
@@ -33,7 +34,7 @@ MAP_REACH = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WallTable:
-    """The features that bound a group of spheres.
+    """The features that bound a group of spheres, and where the space between them wraps around.
 
     Attributes:
         kind: Kind of each feature (see ``kernels.walls``), shape (F,), int8.
@@ -44,6 +45,7 @@ class WallTable:
         map_start: First entry of each cell, int32.
         map_item: Features near each cell, int32.
         reach: Every feature closer than this to a point is listed in the point's cell [m].
+        seams: The periods of a periodic box.
     """
 
     kind: NDArray[np.int8]
@@ -54,13 +56,14 @@ class WallTable:
     map_start: Int32Array
     map_item: Int32Array
     reach: float
+    seams: Seams = NO_SEAMS
 
 
 def wall_table(
     shapes: Sequence[Shape | Slice],
     bounds: Float64Array,
     radius_max: float,
-    periodic: tuple[bool, bool, bool] = (False, False, False),
+    seams: Seams = NO_SEAMS,
 ) -> WallTable:
     """Return the features of an intersection of shapes.
 
@@ -68,12 +71,12 @@ def wall_table(
         shapes: Container and location; a sphere has to be inside all of them.
         bounds: Lower and upper corner of the space that the spheres stay in [m], shape (2, 3).
         radius_max: Largest radius that will meet these walls [m].
-        periodic: Axes along which a box wraps around and has no walls.
+        seams: Where the first of the shapes, a box, wraps around and has no walls.
 
     Returns:
         The table.
     """
-    parts = [_features(shape, periodic) for shape in shapes]
+    parts = [_features(shape, seams if index == 0 else NO_SEAMS) for index, shape in enumerate(shapes)]
     kind = np.concatenate([part[0] for part in parts])
     row = np.concatenate([part[1] for part in parts])
     meshed = bool((kind == TRIANGLE).any())
@@ -85,7 +88,7 @@ def wall_table(
     if meshed:
         others = map_triangles(row[flat], origin, size, cells, reach)
         start, item = merged_maps(start, item, others[0], flat.astype(np.int32)[others[1]])
-    return WallTable(kind, row, origin, size, cells, start, item, reach)
+    return WallTable(kind, row, origin, size, cells, start, item, reach, seams)
 
 
 def _map_grid(
@@ -98,14 +101,12 @@ def _map_grid(
     return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
 
 
-def _features(
-    shape: Shape | Slice, periodic: tuple[bool, bool, bool]
-) -> tuple[NDArray[np.int8], Float64Array]:
+def _features(shape: Shape | Slice, seams: Seams) -> tuple[NDArray[np.int8], Float64Array]:
     """Return the features of one shape: kinds (F,) and rows (F, FEATURE_WIDTH)."""
     if isinstance(shape, Mesh):
         rows = _triangle_rows(shape.surface)
         return np.full(len(rows), TRIANGLE, np.int8), rows
-    features = _simple_features(shape, periodic)
+    features = _simple_features(shape, seams)
     row = np.zeros((len(features), FEATURE_WIDTH))
     for index, (_, numbers) in enumerate(features):
         row[index, : len(numbers)] = numbers
@@ -113,13 +114,13 @@ def _features(
 
 
 def _simple_features(
-    shape: Box | Cone | Ball | Polyhedron | Slice, periodic: tuple[bool, bool, bool]
+    shape: Box | Cone | Ball | Polyhedron | Slice, seams: Seams
 ) -> list[tuple[int, Float64Array]]:
     if isinstance(shape, Box):
         return [
             (PLANE, np.append(sign * np.eye(3)[axis], sign * corner[axis]))
             for axis in range(3)
-            if not periodic[axis]
+            if not seams.period[axis]
             for sign, corner in ((-1.0, shape.min), (1.0, shape.max))
         ]
     if isinstance(shape, Slice):

@@ -15,7 +15,18 @@ from packgen.container.primitives import ball_surface, box_surface, cone_surface
 from packgen.container.shells import Vessel, sorted_vessel
 from packgen.container.topology import boundary_edges, describe_holes, stitched
 from packgen.errors import GeometryError
-from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Slice, Surface
+from packgen.geometry import (
+    Ball,
+    Box,
+    Cone,
+    Container,
+    Mesh,
+    Polyhedron,
+    Shape,
+    Slice,
+    Surface,
+    floor_direction,
+)
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -78,7 +89,9 @@ def load_location(
     """
     if spec.slice is not None:
         axis = np.asarray(spec.slice.axis, float)
-        along = abs(float(axis @ np.asarray(scene.gravity_direction)))
+        gravity = np.asarray(scene.gravity_direction)
+        down = floor_direction(gravity, scene.container.periodic)
+        along = abs(float(axis @ (gravity if down is None else down)))
         return Slice(axis, spec.slice.min_bound, spec.slice.max_bound, centers_only=along > 0.999999)
     if spec.primitive is not None:
         return _primitive(spec.primitive)[0]

@@ -235,16 +235,6 @@ def test_columns_tell_their_highest_sphere():
     assert np.array_equal(columns.index(columns.points(np.zeros(16))), np.arange(16))
 
 
-def test_a_periodic_box_is_refused_until_it_is_supported(tmp_path):
-    walls = "{box: {min: [0, 0, 0], max: [1, 1, 1]}, periodic: [x]}"
-    sets = "[{radius_distribution: constant, radius: 0.1}]"
-    path = tmp_path / "scene.yaml"
-    path.write_text(f"container: {walls}\nparticle_sets: {sets}\n")
-    scene = load_scene(path)
-    with pytest.raises(PackingError, match=r"scene.yaml:1:\d+: container.periodic: not supported yet"):
-        pack(scene, load_container(scene))
-
-
 def test_a_zone_above_the_bed_stands_on_its_own_floor(tmp_path):
     zones = (
         "[{n_particles: 30}, {n_particles: 40, location: {slice: {axis: z, min_bound: 1.2, max_bound: 1.9}}}]"

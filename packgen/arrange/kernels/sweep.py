@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from packgen.arrange.kernels.seams import blamed_sphere, push_seam_pairs, seam_overlaps
 from packgen.arrange.kernels.walls import out_of_reach, wall_gap
 
 
@@ -163,6 +164,9 @@ def sweep(  # type: ignore[no-untyped-def]
     owners: int,
     begin: NDArray[np.int64],
     neighbor: NDArray[np.int32],
+    seam_first: NDArray[np.int32],
+    seam_second: NDArray[np.int32],
+    seam_offset: NDArray[np.float64],
     wall_begin: NDArray[np.int64],
     wall_item: NDArray[np.int32],
     wall_room: NDArray[np.float64],
@@ -185,6 +189,9 @@ def sweep(  # type: ignore[no-untyped-def]
         owners: The first so many spheres own pairs.
         begin: First list entry of each owner.
         neighbor: The other sphere of each pair.
+        seam_first: One sphere of each pair across a seam.
+        seam_second: The other one.
+        seam_offset: What takes the other one to its image [m], shape (P, 3).
         wall_begin: First wall entry of each moving sphere.
         wall_item: Features within reach.
         wall_room: Gap to each of them when the list was built [m].
@@ -207,6 +214,7 @@ def sweep(  # type: ignore[no-untyped-def]
         ball[i, 2] = z + momentum * (z - previous[i, 2])
         previous[i, 0], previous[i, 1], previous[i, 2] = x, y, z
     worst = push_pairs(ball, moving, owners, begin, neighbor, shift)
+    worst = max(worst, push_seam_pairs(ball, moving, seam_first, seam_second, seam_offset, shift))
     strays = 0
     for i in range(moving):
         radius = ball[i, 3]
@@ -261,6 +269,9 @@ def sphere_overlaps(
     owners: int,
     begin: NDArray[np.int64],
     neighbor: NDArray[np.int32],
+    seam_first: NDArray[np.int32],
+    seam_second: NDArray[np.int32],
+    seam_offset: NDArray[np.float64],
     wall_begin: NDArray[np.int64],
     wall_item: NDArray[np.int32],
     kind: NDArray[np.int8],
@@ -277,6 +288,9 @@ def sphere_overlaps(
         owners: The first so many spheres own pairs.
         begin: First list entry of each owner.
         neighbor: The other sphere of each pair.
+        seam_first: One sphere of each pair across a seam.
+        seam_second: The other one.
+        seam_offset: What takes the other one to its image [m], shape (P, 3).
         wall_begin: First wall entry of each moving sphere.
         wall_item: Features within reach.
         kind: Kind of each feature.
@@ -303,12 +317,10 @@ def sphere_overlaps(
             if square < reach * reach:
                 depth = (reach - math.sqrt(square)) / min(radius, other)
                 worst = max(worst, depth)
-                blamed = i
-                if i >= moving or (j < moving and (other < 0.6 * radius or height[j] > height[i])):
-                    blamed = j
-                if i < moving and radius < 0.6 * other:
-                    blamed = i
+                blamed = blamed_sphere(i, j, moving, radius, other, height)
                 overlap[blamed] = max(overlap[blamed], depth)
+    seams = seam_overlaps(ball, scale, moving, seam_first, seam_second, seam_offset, height, overlap)
+    worst = max(worst, seams)
     for i in range(moving):
         radius = scale * ball[i, 3]
         for k in range(wall_begin[i], wall_begin[i + 1]):
