@@ -67,7 +67,7 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
             )
         )  # fmt: skip
     for place, each in enumerate(report["contacts"]):
-        gap = "no gap at all" if each["gap"] == 0 else f"gap up to {100 * each['gap']:g} % of the radius"
+        gap = "no gap at all" if each["gap"] == 0 else f"gap up to {100 * each['gap']:g} % r"
         key = f"contacts.{place}.mean"
         figures.append(
             Figure(f"Contacts a sphere, {gap}", f"{each['mean']:.2f}", key=key, exact=each["mean"])
@@ -90,7 +90,7 @@ def _structure(report: Mapping[str, Any]) -> list[Figure]:
     figures = []
     for place, each in enumerate(report["contacts"]):
         if each["gap"] == 0.01 and "rattlers" in each:
-            label = "Rattlers (fewer than 4 contacts, walls included, gap up to 1 %)"
+            label = "Rattlers (fewer than 4 contacts, gap up to 1 % r)"
             figures.append(_percent(label, each["rattlers"], f"contacts.{place}.rattlers"))
     order = report.get("order") or {}
     for name, label in (
@@ -102,9 +102,9 @@ def _structure(report: Mapping[str, Any]) -> list[Figure]:
             figures.append(_percent(label, order[name], f"order.{name}"))
     forces = report.get("step_zero")
     if forces:
-        label = "Largest force at step 0, by geometry, in sphere weights"
+        label = "Largest force at step 0, predicted"
         value = forces["force_max"]
-        figures.append(Figure(label, f"{value:.3g}", key="step_zero.force_max", exact=value))
+        figures.append(Figure(label, f"{value:.3g} W", key="step_zero.force_max", exact=value))
     return figures
 
 
