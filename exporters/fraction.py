@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from exporters import cells, deck, table
 from packgen.bed import Bed
 from packgen.errors import ExportError
+from packgen.measure.images import with_images
 
 NAME = "fraction"
 CELL_DIAMETERS = 3.0  # of the mean diameter: what unresolved CFD-DEM asks of a cell at least
@@ -76,20 +77,6 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     sums = {"spheres_volume": solid, "volume_in_cells": volume, "share_in_cells": volume / solid}
     paths.append(deck.write_text(folder / "fraction.json", json.dumps(sums, indent=2) + "\n"))
     return paths
-
-
-def with_images(bed: Bed) -> tuple[Float64Array, Float64Array]:
-    """Return the spheres and, of those that poke through a side where the box wraps around, their images."""
-    position, radius = bed.position, bed.radius
-    low, high = bed.container.bounds
-    for axis in np.flatnonzero(bed.container.periodic):
-        shift = np.zeros(3)
-        shift[axis] = high[axis] - low[axis]
-        below = position[:, axis] - radius < low[axis]
-        above = position[:, axis] + radius > high[axis]
-        position = np.concatenate((position, position[below] + shift, position[above] - shift))
-        radius = np.concatenate((radius, radius[below], radius[above]))
-    return position, radius
 
 
 def choose_grid(bed: Bed, cell_size: float | None) -> Grid:

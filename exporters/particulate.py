@@ -49,7 +49,7 @@ def common_values(
 ) -> dict[str, Any]:
     """Return what every template places: provenance, sizes, types, gravity, time step and steps."""
     radius_min, radius_max = float(bed.radius.min()), float(bed.radius.max())
-    strength = float(np.linalg.norm(bed.gravity))
+    strength = float(np.linalg.norm(bed.acceleration))
     count = int(np.clip(SPHERE_STEPS / bed.count, 100, 1000)) if steps is None else steps
     return {
         **deck.provenance_values(bed),
@@ -61,7 +61,8 @@ def common_values(
         "timestep": timestep_fraction * contact.smallest_rayleigh_time(bed),
         "timestep_fraction": timestep_fraction,
         "gravity": strength,
-        "gravity_direction": (bed.gravity / strength).tolist() if strength > 0 else [0.0, 0.0, 0.0],
+        "gravity_direction": (bed.acceleration / strength).tolist() if strength > 0 else [0.0, 0.0, 0.0],
+        "endless": bed.endless,
         "steps": count,
         "dump_every": max(1, count // 10),
     }

@@ -9,6 +9,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.measure.core import Core, find_core
+from packgen.measure.images import with_images
 from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
 
 TOP_SHARE = 0.95
@@ -27,7 +28,7 @@ class SolidFraction:
     Attributes:
         top: Height of the bed's top along the direction against gravity [m]: 95 % of the solid volume belongs
             to spheres with centres at or below it, so that neither the ragged surface nor a stray sphere
-            moves it.
+            moves it. An endless bed has none: the container's upper side.
         filled_volume: The container's volume below the top [m3].
         filled: Solid fraction of that volume, spheres that the top cuts counted by their caps.
         core: Solid fraction of the core; None where the bed has no room for one.
@@ -55,16 +56,16 @@ def solid_fraction(bed: Bed) -> SolidFraction:
     up = against_gravity(bed)
     if bed.count == 0:
         return SolidFraction(float((bed.container.bounds @ up).min()), 0.0, 0.0, None, None, "no spheres")
-    height = bed.position @ up
-    top = bed_top(height, bed.radius)
+    top = _top(bed, up)
     filled_volume = container_volume_below(bed.container, up, top)
-    solid = float(volume_below(height, bed.radius, top).sum())
+    part = sphere_volume(bed.radius) if bed.endless else volume_below(bed.position @ up, bed.radius, top)
+    solid = float(part.sum())
     core = find_core(bed, up, top)
     return SolidFraction(
         top=top,
         filled_volume=filled_volume,
         filled=solid / filled_volume if filled_volume > 0.0 else 0.0,
-        core=solid_volume(bed.position, bed.radius, core) / core.volume if core else None,
+        core=solid_volume(*with_images(bed), core) / core.volume if core else None,
         core_volume=core.volume if core else None,
         core_rule=core.rule if core else "the bed is too small for a core",
     )
@@ -75,14 +76,18 @@ def core_of(bed: Bed) -> Core | None:
     if bed.count == 0:
         return None
     up = against_gravity(bed)
-    return find_core(bed, up, bed_top(bed.position @ up, bed.radius))
+    return find_core(bed, up, _top(bed, up))
+
+
+def _top(bed: Bed, up: Float64Array) -> float:
+    if bed.endless:
+        return float((bed.container.surface.vertices @ up).max())
+    return bed_top(bed.position @ up, bed.radius)
 
 
 def against_gravity(bed: Bed) -> Float64Array:
-    """Return the unit vector that points up, shape (3,), float64; +z in a scene without gravity."""
-    strength = float(np.linalg.norm(bed.gravity))
-    up: Float64Array = -bed.gravity / strength if strength > 0.0 else np.array([0.0, 0.0, 1.0])
-    return up + 0.0  # no negative zeros
+    """Return the unit vector that points up, from what the bed lies on, shape (3,), float64."""
+    return -bed.down + 0.0  # no negative zeros
 
 
 def bed_top(height: Float64Array, radius: Float64Array) -> float:

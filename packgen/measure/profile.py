@@ -9,6 +9,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.measure.fraction import against_gravity
+from packgen.measure.images import with_images
 from packgen.measure.volumes import container_volume_below, mean_diameter, sphere_volume, volume_below
 
 SLABS_MAX = 60
@@ -18,6 +19,8 @@ SLABS_MIN = 4
 @dataclass(frozen=True, slots=True)
 class HeightProfile:
     """Solid fraction of the slabs of a bed, from the container's floor to the bed's highest point.
+
+    Of an endless bed, from one side of the container to the other.
 
     Attributes:
         height: Bounds of the slabs along the direction against gravity [m], one more than slabs.
@@ -38,15 +41,21 @@ def height_profile(bed: Bed) -> HeightProfile:
         bed: The bed.
 
     Returns:
-        The profile; empty for a bed without spheres.
+        The profile; empty for a bed without spheres, and for an endless one whose gravity is askew.
     """
+    if bed.endless and float(np.abs(bed.down).max()) < 1.0 - 1e-12:
+        return HeightProfile((), ())
     sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
     if not sound.any():
         return HeightProfile((), ())
     up = against_gravity(bed)
-    height, radius = bed.position[sound] @ up, bed.radius[sound]
-    low = float((bed.container.surface.vertices @ up).min())
-    high = float((height + radius).max())
+    position, radius = bed.position[sound], bed.radius[sound]
+    corners = bed.container.surface.vertices @ up
+    low, high = float(corners.min()), float((position @ up + radius).max())
+    if bed.endless:
+        position, radius = with_images(bed, along=up)
+        high = float(corners.max())
+    height = position @ up
     slabs = int(np.clip((high - low) / mean_diameter(radius), SLABS_MIN, SLABS_MAX))
     level = np.linspace(low, high, slabs + 1)
     solid = np.diff(_solid_below(height, radius, level))

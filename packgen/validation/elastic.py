@@ -25,10 +25,8 @@ TINY = 1.0e-6  # radii; the step along the vertical by which a wall's normal is 
 
 
 def up_direction(bed: Bed) -> Float64Array:
-    """Return the unit vector against gravity, z for a weightless bed, shape (3,)."""
-    strength = float(np.linalg.norm(bed.gravity))
-    up: Float64Array = -bed.gravity / strength if strength > 0 else np.array([0.0, 0.0, 1.0])
-    return up
+    """Return the unit vector from what the bed lies on, z for a weightless bed, shape (3,)."""
+    return -bed.down
 
 
 def elastic_sinking(bed: Bed, position: Float64Array, index: Int64Array) -> Float64Array:

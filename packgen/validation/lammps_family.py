@@ -121,7 +121,7 @@ def _run_step_zero(
         if not np.array_equal(spheres[:, 0], np.arange(1, bed.count + 1)):
             raise SolverError(f"loaded {len(spheres)} spheres, expected ids 1 to {bed.count}")
         check_loaded(bed, spheres[:, 1:4], spheres[:, 4])
-        contact_force = spheres[:, 5:8] - law.sphere_mass(bed)[:, None] * bed.gravity
+        contact_force = spheres[:, 5:8] - law.sphere_mass(bed)[:, None] * bed.acceleration
         found = dialect.read_contacts(bed, folder, contact_force)
     except SolverError as error:
         raise SolverError(f"{dialect.name}: {error}; it said:\n{describe_output(output)}") from error
