@@ -16,6 +16,8 @@ import numpy as np
 from packgen.bed import Bed, Material
 from packgen.errors import ExportError
 
+STANDARD_GRAVITY = 9.80665  # m/s2; of a weightless bed's rolling stiffness
+
 
 @dataclass(frozen=True, slots=True)
 class Types:
@@ -98,3 +100,20 @@ def effective_moduli(first: Material, second: Material) -> tuple[float, float]:
         2 * (2 - each.poissons_ratio) * (1 + each.poissons_ratio) / each.youngs_modulus for each in both
     )
     return young, shear
+
+
+def rolling_stiffness(bed: Bed, young: float, shear: float) -> float:
+    """Return 8 G sqrt(R delta) [N/m] of two mean spheres under one's own weight.
+
+    LIGGGHTS' rolling model epsd2 takes the tangential stiffness of each contact, other codes' a number.
+
+    Args:
+        bed: The bed.
+        young: Effective Young's modulus of the contact [Pa].
+        shear: Effective shear modulus of the contact [Pa].
+    """
+    radius = float(bed.radius.mean()) / 2
+    strength = float(np.linalg.norm(bed.gravity)) or STANDARD_GRAVITY
+    weight = 4 / 3 * np.pi * float((bed.density * bed.radius**3).mean()) * strength
+    overlap = (weight / (4 / 3 * young * np.sqrt(radius))) ** (2 / 3)
+    return float(8 * shear * np.sqrt(radius * overlap))

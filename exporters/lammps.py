@@ -24,7 +24,6 @@ NAME = "lammps"
 SORT_BINS_MAX = 1.0e8  # as of LIGGGHTS, which has the same sorting
 NEIGHBORS_ONE = 2000  # LAMMPS' own most neighbours of a sphere
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
-STANDARD_GRAVITY = 9.80665  # m/s2; of a weightless bed's rolling stiffness
 
 
 class Options(deck.DeckOptions):
@@ -132,7 +131,7 @@ def _models(bed: Bed, types: contact.Types) -> list[list[str]]:
             f" {tables['friction'][i][j]!r}"
         )
         if rolling:
-            stiffness = _rolling_stiffness(bed, young, shear)
+            stiffness = contact.rolling_stiffness(bed, young, shear)
             text += f" rolling sds {stiffness!r} 0.0 {tables['rolling_friction'][i][j]!r}"
         return text + " damping tsuji"
 
@@ -155,15 +154,3 @@ def tsuji_argument(restitution: float) -> float:
     for _ in range(20):
         found -= float((np.polyval(TSUJI, found) - wanted) / np.polyval(np.polyder(TSUJI), found))
     return max(found, 0.0)
-
-
-def _rolling_stiffness(bed: Bed, young: float, shear: float) -> float:
-    """Return 8 G sqrt(R delta) [N/m] of a mean sphere under its own weight.
-
-    LIGGGHTS' epsd2 takes the tangential stiffness of each contact, LAMMPS' sds a number.
-    """
-    radius = float(bed.radius.mean()) / 2
-    strength = float(np.linalg.norm(bed.gravity)) or STANDARD_GRAVITY
-    weight = 4 / 3 * np.pi * float((bed.density * bed.radius**3).mean()) * strength
-    overlap = (weight / (4 / 3 * young * np.sqrt(radius))) ** (2 / 3)
-    return float(8 * shear * np.sqrt(radius * overlap))

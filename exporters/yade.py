@@ -4,8 +4,12 @@ Reference: YADE manual, classes ``Ip2_FrictMat_FrictMat_MindlinPhys``, ``Law2_Sc
 ``Wall``, ``Facet``. The force of two spheres is LIGGGHTS' Hertz-Mindlin. Walls differ: YADE takes a facet for
 a sphere of twice the radius of the sphere that touches it, which makes the wall's force sqrt(2/3) of
 LIGGGHTS', and a sphere above the edge of two facets touches both. Flat walls across an axis are therefore
-planes (``Wall``, a sphere of the same radius: sqrt(1/2)), see `flat_walls`. ``bed.txt`` has the columns
-x y z r and the number of the particle set, which ``ymport.text`` reads too. Rolling friction is left out.
+planes (``Wall``, a sphere of the same radius: sqrt(1/2)), see `flat_walls`; ``wall.stl`` has the other walls.
+``bed.txt`` has the columns x y z r and the number of the particle set; ``ymport.text`` reads it too.
+
+YADE's rolling friction (``includeMoment``) has one coefficient for all contacts, and its limit is the normal
+force times the mean of both radii, where LIGGGHTS' epsd2 has the effective radius, half of it: `rolling`
+makes both the same for two equal spheres.
 """
 
 from __future__ import annotations
@@ -17,10 +21,14 @@ import numpy as np
 from pydantic import Field
 
 from exporters import contact, deck, particulate, table, walls
-from packgen.bed import Bed, Material
+from packgen.bed import Bed, Container, Material
 from packgen.errors import ExportError
 
 NAME = "yade"
+TIMESTEP_FRACTION = 0.1
+# In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
+# 0.1 a sphere between 193 of them was thrown out at 600 m/s, with 0.05 it stayed at rest.
+TIMESTEP_FRACTION_FACETS = 0.05
 VERLET_SHARE = 0.2  # of the smallest radius: how far spheres move before neighbours are looked for again
 
 
@@ -28,11 +36,12 @@ class Options(deck.DeckOptions):
     """What a user may choose of a YADE deck.
 
     Attributes:
-        timestep_fraction: Time step as a fraction of the smallest Rayleigh time.
+        timestep_fraction: Time step as a fraction of the smallest Rayleigh time; None: 0.1, and 0.05 where
+            there are facets.
         steps: Steps of the run; None: 100 to 1000, fewer for larger beds.
     """
 
-    timestep_fraction: float = Field(default=0.1, gt=0, le=0.5)
+    timestep_fraction: float | None = Field(default=None, gt=0, le=0.5)
     steps: int | None = Field(default=None, ge=0)
 
 
@@ -59,24 +68,25 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         )
     types = contact.number_types(bed, has_wall=has_wall)
     check_materials(types.materials)
-    values = particulate.common_values(
-        bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
-    )
-    # YADE takes narrow facets, and counts the edges of wider ones twice.
-    facets = walls.wall_facets(bed.container, angle_min=0.0) if has_wall else None
+    planes, facets = _walls(bed.container) if has_wall else ([], np.zeros((0, 3, 3)))
+    fraction = options.timestep_fraction
+    if fraction is None:
+        fraction = TIMESTEP_FRACTION_FACETS if len(facets) else TIMESTEP_FRACTION
+    values = particulate.common_values(bed, types, timestep_fraction=fraction, steps=options.steps)
     values |= _material_values(bed, types)
     values |= {
-        "facets": facets is not None,
-        "planes": [] if facets is None else flat_walls(facets.triangles),
+        "facets": len(facets) > 0,
+        "planes": planes,
+        "rolling": rolling(bed, types),
         "periodic": size.tolist() if not has_wall else [],
-        "gravity_vector": bed.gravity.tolist(),
+        "gravity_vector": bed.acceleration.tolist(),
         "verlet_distance": VERLET_SHARE * values["radius_min"],
     }
     paths = [deck.write_text(folder / "bed.py", deck.render("yade/bed.py.j2", values, options.templates))]
     columns = [*bed.position.T, bed.radius, bed.set_index]
     paths.append(table.write_rows(folder / "bed.txt", columns, head="#format x_y_z_r_matId\n"))
-    if facets is not None:
-        paths.append(walls.write_stl(folder / "wall.stl", facets.triangles))
+    if len(facets):
+        paths.append(walls.write_stl(folder / "wall.stl", facets))
     return paths
 
 
@@ -114,6 +124,34 @@ def _material_values(bed: Bed, types: contact.Types) -> dict[str, Any]:
         "restitution": contact.pair_matrix([one.restitution for one in each]),
         "friction": np.arctan(angles).tolist(),
     }
+
+
+def rolling(bed: Bed, types: contact.Types) -> dict[str, float] | None:
+    """Return YADE's coefficient and stiffness [N m] of rolling; None where no material rolls with friction.
+
+    Where the materials differ, the coefficient is the mean over all pairs of spheres.
+    """
+    tables = contact.pair_matrix([each.rolling_friction for each in types.materials])
+    of_sphere = np.array(types.by_set)[bed.set_index] - 1
+    share = np.bincount(of_sphere, minlength=len(types.materials)) / bed.count
+    mean = float(share @ np.array(tables) @ share)
+    if not any(each.rolling_friction > 0 for each in types.materials):
+        return None
+    most = types.materials[int(share.argmax())]
+    stiffness = contact.rolling_stiffness(bed, *contact.effective_moduli(most, most))
+    effective_radius = float(bed.radius.mean()) / 2
+    return {"coefficient": mean / 2, "stiffness": stiffness * effective_radius**2}
+
+
+def _walls(container: Container) -> tuple[list[tuple[int, float]], walls.Float64Array]:
+    """Return the planes (axis, position), and the corners [m] of the facets that lie on none, (F, 3, 3)."""
+    # YADE takes narrow facets, and counts the edges of wider ones twice.
+    triangles = walls.wall_facets(container, angle_min=0.0).triangles
+    planes = flat_walls(triangles)
+    on_plane = np.zeros(len(triangles), dtype=bool)
+    for axis, position in planes:
+        on_plane |= (triangles[:, :, axis] == position).all(axis=1)
+    return planes, triangles[~on_plane]
 
 
 def flat_walls(triangles: walls.Float64Array) -> list[tuple[int, float]]:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from exporters import yade
-from packgen.bed import Material, ParticleSet, Surface
+from packgen.bed import Material, Mesh, ParticleSet, Surface
 from packgen.errors import ExportError
-from tests.beds import box_container, box_surface, make_bed
+from tests.beds import box_container, box_surface, make_bed, make_container
 from tests.exporters.beds import RADIUS, lattice
+from tests.validation.beds import bed_in
 
 needs_yade = pytest.mark.skipif(shutil.which("yade") is None, reason="yade is not installed")
 
@@ -87,6 +88,34 @@ def test_yade_runs_the_deck_unedited_and_ends_with_its_spheres(tmp_path):
     rows = np.loadtxt(tmp_path / "post" / "bed_end.txt")
     assert np.abs(rows[:, :3] - lattice(overlap=1e-4).position).max() < 0.01 * RADIUS
     assert (tmp_path / "post" / "bed.yade.gz").stat().st_size > 0
+
+
+def test_facets_are_written_once_and_only_where_no_plane_is(tmp_path):
+    box = box_surface((0, 0, 0), (3, 3, 3))
+    roof = np.array([[0, 0, 3], [3, 0, 3], [3, 3, 3], [0, 3, 3], [1.5, 1.5, 4.5]])
+    faces = box.faces[~(box.vertices[box.faces][:, :, 2] == 3).all(axis=1)]
+    sides = np.array([[4, 5, 8], [5, 6, 8], [6, 7, 8], [7, 4, 8]])
+    doubled = Surface(np.concatenate((box.vertices, roof[4:])), np.concatenate((faces, sides, sides[:2])))
+    bed = make_bed([[1.5, 1.5, 1.0]], 0.9, make_container(Mesh(doubled), doubled, 1.0))
+    text = write(bed, tmp_path)
+    assert "[(0, 0.0), (0, 3.0), (1, 0.0), (1, 3.0), (2, 0.0)]" in text
+    rows = [line.split()[1:] for line in (tmp_path / "wall.stl").read_text().splitlines() if "vertex" in line]
+    facets = np.array(rows, dtype=float).reshape(-1, 3, 3)
+    assert len(facets) == 4
+    assert {tuple(each) for each in facets[:, :, :].reshape(-1, 3).tolist()} == {
+        tuple(r) for r in roof.tolist()
+    }
+
+
+def test_the_time_step_between_facets_is_half_of_that_between_planes(tmp_path):
+    of = {}
+    for name in ("box", "cylinder"):
+        (tmp_path / name).mkdir()
+        of[name] = write(bed_in(name), tmp_path / name)
+    assert "# 0.1 of the smallest Rayleigh time" in of["box"]
+    assert not (tmp_path / "box" / "wall.stl").exists()
+    assert "# 0.05 of the smallest Rayleigh time" in of["cylinder"]
+    assert "# 0.2 of the smallest" in write(bed_in("mesh"), tmp_path, timestep_fraction=0.2)
 
 
 @needs_yade
