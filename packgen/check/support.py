@@ -62,10 +62,9 @@ def hanging_zones(bed: Bed, locations: Sequence[Sequence[Shape | Slice]]) -> tup
     Returns:
         Those zones, in their order; none without gravity, or where the container wraps around along it.
     """
-    strength = float(np.linalg.norm(bed.gravity))
-    down = bed.gravity / strength if strength > 0.0 else bed.gravity
-    if strength == 0.0 or (np.abs(down) * bed.container.periodic).any():
+    if not bed.acceleration.any():
         return ()
+    down = bed.down
     found = []
     for zone, shapes in enumerate(locations):
         lowest = _at_the_floor(bed, zone, shapes, down)

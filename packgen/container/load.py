@@ -11,9 +11,10 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.container.convex import convex_hull, is_convex
 from packgen.container.meshfile import read_surface
+from packgen.container.openings import why_no_vessel
 from packgen.container.primitives import ball_surface, box_surface, cone_surface
 from packgen.container.shells import Vessel, sorted_vessel
-from packgen.container.topology import boundary_edges, describe_holes, stitched
+from packgen.container.topology import stitched
 from packgen.errors import GeometryError
 from packgen.geometry import (
     Ball,
@@ -130,6 +131,8 @@ def _mesh(
     vessel = _vessel(stitched(surface), up, place, spec.path.name)
     if vessel.turned:
         warn(f"{spec.path.name}: {vessel.turned} facets turned to agree with their neighbours")
+    for sentence in vessel.notes:
+        warn(f"{spec.path.name}: {sentence}")
     simple = vessel.shells == 1 and vessel.sheets == 0
     convex = simple and is_convex(vessel.closed, hull_volume, vessel.volume)
     if convex and isinstance(hull, Polyhedron):
@@ -143,9 +146,5 @@ def _vessel(surface: Surface, up: Float64Array, place: str, name: str) -> Vessel
     except GeometryError as error:
         raise GeometryError(f"{place}: {name}: {error}") from error
     if vessel is None:
-        where = describe_holes(surface, boundary_edges(surface))
-        raise GeometryError(
-            f"{place}: {name} has holes ({where}); expected a closed surface or one open at its top only: "
-            "close it"
-        )
+        raise GeometryError(f"{place}: {name} {why_no_vessel(surface, up)}")
     return vessel

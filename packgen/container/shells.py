@@ -25,6 +25,12 @@ SAMPLES = 48
 STRICTLY = 0.9
 """Winding number beyond which such a point is within: on the other's surface it is less."""
 
+ANGLES = 10_000_000
+POINTS = (64, 2048)
+"""Solid angles, and points at least and at most, that tell whether a surface crosses itself."""
+
+VOLUME_POINTS = 20_000
+
 EMPTY = 1.0e-9
 """A shell that encloses less than this fraction of its bounding box is a sheet."""
 
@@ -40,6 +46,7 @@ class Vessel:
         turned: Facets turned to agree with their neighbours.
         shells: Number of shells.
         sheets: Number of sheets.
+        notes: A sentence for each thing that may not be what was meant.
     """
 
     walls: Surface
@@ -48,6 +55,7 @@ class Vessel:
     turned: int
     shells: int
     sheets: int
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,13 +84,13 @@ def sorted_vessel(surface: Surface, up: Float64Array) -> Vessel | None:
     if not shells:
         return None
     shells.sort(key=lambda shell: -abs(shell.volume))
-    depth = _depths(shells)
+    depth, crossing = _depths(shells)
     # An open-topped bowl in a vessel can be filled: it is no solid body.
     bowls = [index for index, shell in enumerate(shells) if shell.lidded and depth[index] > 0]
     if bowls:
         sheets += [shells[index].walls for index in bowls]
         shells = [shell for index, shell in enumerate(shells) if index not in bowls]
-        depth = _depths(shells)
+        depth, crossing = _depths(shells)
     if _is_larger(sheets, shells):
         return None
     walls, closed, volume = [], [], 0.0
@@ -93,9 +101,15 @@ def sorted_vessel(surface: Surface, up: Float64Array) -> Vessel | None:
         closed.append(_flipped(shell.closed) if flip else shell.closed)
         volume += abs(shell.volume) if outward else -abs(shell.volume)
     both_sides = [each for sheet in sheets for each in (sheet, _flipped(sheet))]
+    whole = _stacked([*closed, *both_sides])
+    notes = _notes(shells, depth, crossing)
+    if not crossing:
+        notes += _self_crossings(whole)
+    if crossing or (notes and len(shells) == 1):
+        volume = _volume_by_points(whole)
     return Vessel(
-        _stacked([*walls, *sheets]), _stacked([*closed, *both_sides]), volume,
-        sum(shell.turned for shell in shells), len(shells), len(sheets),
+        _stacked([*walls, *sheets]), whole, volume,
+        sum(shell.turned for shell in shells), len(shells), len(sheets), tuple(notes),
     )  # fmt: skip
 
 
@@ -222,11 +236,11 @@ def _is_larger(sheets: list[Surface], shells: list[_Shell]) -> bool:
     return any(float(np.linalg.norm(np.ptp(sheet.vertices, axis=0))) > 1.001 * extent for sheet in sheets)
 
 
-def _depths(shells: list[_Shell]) -> list[int]:
-    """Return within how many larger shells each one lies, at least in part; largest first."""
+def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
+    """Return within how many larger shells each one lies, at least in part, and which reach out of one."""
     from packgen.arrange.kernels.inside import winding_numbers
 
-    depth = [0] * len(shells)
+    depth, crossing = [0] * len(shells), []
     for index, shell in enumerate(shells):
         vertices = shell.walls.vertices
         middle = vertices[shell.walls.faces].mean(axis=1)
@@ -237,5 +251,54 @@ def _depths(shells: list[_Shell]) -> list[int]:
             near = ((points > low) & (points < high)).all(axis=1)
             if near.any():
                 corner = larger.closed.vertices[larger.closed.faces].reshape(-1, 9)
-                depth[index] += bool((np.abs(winding_numbers(corner, points[near])) > STRICTLY).any())
-    return depth
+                winding = np.abs(winding_numbers(corner, points[near]))
+                if (winding > STRICTLY).any():
+                    depth[index] += 1
+                    beyond = ((points < low) | (points > high)).any(axis=1)
+                    if beyond.any() or (winding < 1.0 - STRICTLY).any():
+                        crossing.append(index)
+    return depth, crossing
+
+
+def _notes(shells: list[_Shell], depth: list[int], crossing: list[int]) -> list[str]:
+    """Return a sentence for each shell that may not be what was meant."""
+    separate = depth.count(0)
+    notes = []
+    if separate > 1:
+        notes.append(
+            f"{separate} separate shells: each of them will be filled; remove from the file what is no vessel"
+        )
+    for index in crossing:
+        x, y, z = shells[index].walls.vertices.mean(axis=0)
+        notes.append(
+            f"the shell around x={x:.4g} y={y:.4g} z={z:.4g} m crosses a larger one and counts as a solid "
+            "body (a lance, a tube); if both are one vessel, unite them"
+        )
+    return notes
+
+
+def _self_crossings(closed: Surface) -> list[str]:
+    """Return a sentence where a surface winds round points twice or backwards, as one that crosses itself."""
+    from packgen.arrange.kernels.inside import winding_numbers
+
+    low, high = closed.vertices.min(axis=0), closed.vertices.max(axis=0)
+    count = int(np.clip(ANGLES // len(closed.faces), *POINTS))
+    points = low + np.random.default_rng(0).random((count, 3)) * (high - low)
+    winding = winding_numbers(closed.vertices[closed.faces].reshape(-1, 9), points)
+    wrong = (winding < -0.75) | (winding > 1.75)
+    if not wrong.any():
+        return []
+    x, y, z = points[wrong].mean(axis=0)
+    return [
+        f"the surface crosses itself, such as around x={x:.4g} y={y:.4g} z={z:.4g} m: {wrong.mean():.1%} of "
+        "its bounding box is inside twice, or inside out and taken as outside; repair it"
+    ]
+
+
+def _volume_by_points(closed: Surface) -> float:
+    """Return the volume [m3] of the points that a surface winds round, to about 1 %."""
+    from packgen.check.inside import inside
+
+    low, high = closed.vertices.min(axis=0), closed.vertices.max(axis=0)
+    points = low + np.random.default_rng(0).random((VOLUME_POINTS, 3)) * (high - low)
+    return float(inside(closed.vertices[closed.faces], points).mean() * np.prod(high - low))

@@ -30,6 +30,13 @@ def boundary_edges(surface: Surface) -> Int64Array:
     return np.asarray(directed[count[inverse.reshape(-1)] == 1])
 
 
+def branching_edges(surface: Surface) -> Int64Array:
+    """Return the edges at which three or more triangles meet, shape (E, 2)."""
+    ends = np.sort(surface.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(ends, axis=0, return_counts=True)
+    return np.asarray(edges[count > 2])
+
+
 def find_rim(surface: Surface, up: Float64Array) -> Rim | None:
     """Return the surface's opening, or None where it is closed.
 
@@ -57,13 +64,6 @@ def capped(surface: Surface, rim: Rim) -> Surface:
     middle = np.full(len(rim.edges), len(surface.vertices), np.int64)
     lid = np.column_stack([rim.edges[:, 1], rim.edges[:, 0], middle])
     return Surface(vertices, np.concatenate([surface.faces, lid]))
-
-
-def describe_holes(surface: Surface, edges: Int64Array) -> str:
-    """Return where a surface is open, for a message."""
-    middle = surface.vertices[edges].mean(axis=1).mean(axis=0)
-    x, y, z = middle
-    return f"{len(edges)} boundary edges around x={x:.4g} y={y:.4g} z={z:.4g} m"
 
 
 def with_consistent_winding(surface: Surface) -> tuple[Surface, int]:
