@@ -10,7 +10,7 @@ from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.errors import SolverError
 from packgen.validation import law
-from packgen.validation.prediction import primitive_wall_forces
+from packgen.validation.prediction import pair_forces, primitive_wall_forces
 
 FORCE_FLOOR = 1.0e-3  # mean sphere weights: smaller forces are compared with the law absolutely
 
@@ -39,13 +39,28 @@ def law_error(difference: Float64Array, expected: Float64Array, weight: float) -
 
 
 def pair_error(bed: Bed, pairs: Contacts) -> float:
-    """Return how far contacts of spheres are off Hertz' law."""
+    """Return how far the forces between spheres are off Hertz' law at the overlaps that the bed itself has.
+
+    The overlaps are those of the positions and radii, not the solver's: solvers that agree with the law agree
+    with each other. A pair that overlaps and that the solver does not list counts as one without a force.
+    """
     assert pairs.second is not None
-    types = bed.type_index
-    moduli = law.modulus_table(bed)[types[pairs.first], types[pairs.second]]
-    radius = law.effective_radius(bed.radius[pairs.first], bed.radius[pairs.second])
-    expected = law.hertz_force(moduli, radius, pairs.overlap)
-    return law_error(pairs.force - expected, expected, law.mean_weight(bed))
+    expected = list(pair_forces(bed))
+    keys = [_key(bed, first, second) for first, second, _ in expected]
+    forces = np.concatenate([*(force for _, _, force in expected), pairs.force])
+    keys.append(_key(bed, pairs.first, pairs.second))
+    _, place = np.unique(np.concatenate(keys), return_inverse=True)
+    by_law = np.arange(len(forces)) < len(forces) - len(pairs.force)
+    wanted, found = np.zeros(len(forces)), np.zeros(len(forces))
+    np.add.at(wanted, place[by_law], forces[by_law])
+    np.add.at(found, place[~by_law], forces[~by_law])
+    return law_error(found - wanted, wanted, law.mean_weight(bed))
+
+
+def _key(bed: Bed, first: Int64Array, second: Int64Array) -> Int64Array:
+    """Return one number for each pair (P,), whatever the order of the two."""
+    key: Int64Array = np.minimum(first, second) * bed.count + np.maximum(first, second)
+    return key
 
 
 def listed_error(bed: Bed, walls: Contacts, *, radius_factor: float | Float64Array = 1.0) -> float:

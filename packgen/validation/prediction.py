@@ -8,11 +8,12 @@ Example::
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import Float64Array
+from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed, Box, Cone
 from packgen.check import near_pairs, period, wall_clearance
 from packgen.validation import law
@@ -53,21 +54,17 @@ def predicted_forces(bed: Bed) -> PredictedForces:
     if bed.count == 0:
         return PredictedForces(0.0, 0.0, None, 0, 0.0, None, 0, 0)
     weight = law.mean_weight(bed)
-    types, moduli = bed.type_index, law.modulus_table(bed)
     pair_force, worst_pair, pair_count = 0.0, None, 0
-    for pairs in near_pairs(bed.position, bed.radius, period=period(bed.container)):
-        radius = law.effective_radius(bed.radius[pairs.first], bed.radius[pairs.second])
-        force = law.hertz_force(moduli[types[pairs.first], types[pairs.second]], radius, -pairs.gap)
+    for first, second, force in pair_forces(bed):
         pair_count += int(np.count_nonzero(force))
         worst = int(force.argmax())
         if force[worst] > pair_force:
-            pair_force = float(force[worst])
-            worst_pair = (int(pairs.first[worst]), int(pairs.second[worst]))
+            pair_force, worst_pair = float(force[worst]), (int(first[worst]), int(second[worst]))
     wall_force, clearance = np.zeros(bed.count), np.full(bed.count, np.inf)
     if not all(bed.container.periodic):
         clearance = wall_clearance(bed.container, bed.position, bed.radius)
         depth = np.where(np.isfinite(clearance), bed.radius - clearance, 0.0)
-        wall_force = law.hertz_force(law.wall_modulus(bed, types), bed.radius, depth)
+        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index), bed.radius, depth)
     worst_wall = int(wall_force.argmax())
     return PredictedForces(
         weight=weight,
@@ -79,6 +76,15 @@ def predicted_forces(bed: Bed) -> PredictedForces:
         wall_count=int(np.count_nonzero(wall_force)),
         outside=int(np.count_nonzero(clearance < 0)),
     )
+
+
+def pair_forces(bed: Bed) -> Iterator[tuple[Int64Array, Int64Array, Float64Array]]:
+    """Yield the spheres of pairs that touch or overlap, and their forces by Hertz' law [N]; each (P,)."""
+    types, moduli = bed.type_index, law.modulus_table(bed)
+    for pairs in near_pairs(bed.position, bed.radius, period=period(bed.container)):
+        radius = law.effective_radius(bed.radius[pairs.first], bed.radius[pairs.second])
+        modulus = moduli[types[pairs.first], types[pairs.second]]
+        yield pairs.first, pairs.second, law.hertz_force(modulus, radius, -pairs.gap)
 
 
 def primitive_wall_forces(bed: Bed, force: Float64Array) -> tuple[Float64Array, Float64Array] | None:
