@@ -29,7 +29,7 @@ from packgen.measure import (
     pair_correlation,
     radial_profile,
     sizes,
-    solid_fraction,
+    solid_fraction_with,
 )
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
@@ -215,7 +215,7 @@ def build_report(
         zones=counts,
         sets=_totals(bed),
         overlap=found,
-        solid_fraction=solid_fraction(bed),
+        solid_fraction=solid_fraction_with(bed, core),
         contacts=touching,
         sizes=tuple(each for each in compared if each is not None),
         profile=height_profile(bed),

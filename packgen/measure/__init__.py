@@ -11,7 +11,14 @@ from packgen.measure.contacts import Contacts, Gaps, contacts, contacts_and_gaps
 from packgen.measure.core import Core, find_core
 from packgen.measure.correlation import PairCorrelation, pair_correlation
 from packgen.measure.cylinders import volume_in_cylinder, volume_in_cylinder_between
-from packgen.measure.fraction import SolidFraction, against_gravity, core_of, solid_fraction, solid_volume
+from packgen.measure.fraction import (
+    SolidFraction,
+    against_gravity,
+    core_of,
+    solid_fraction,
+    solid_fraction_with,
+    solid_volume,
+)
 from packgen.measure.order import LocalOrder, crystal_bonds, local_order
 from packgen.measure.profile import HeightProfile, height_profile
 from packgen.measure.radial import RadialProfile, de_klerk_porosity, mueller_porosity, radial_profile
@@ -52,6 +59,7 @@ __all__ = [
     "sizes",
     "slab_fraction",
     "solid_fraction",
+    "solid_fraction_with",
     "solid_volume",
     "volume_in_cylinder",
     "volume_in_cylinder_between",

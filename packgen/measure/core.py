@@ -144,8 +144,14 @@ def _ball_core(bed: Bed, up: Float64Array, top: float, margin: float) -> Core | 
     """The cube in the largest ball around a sphere's centre that no wall and not the bed's top enters."""
     step = max(1, bed.count // 2000)  # the room between walls is wide compared with a sphere
     centers = np.asarray(bed.position[::step])
-    reach = np.full(len(centers), float(np.ptp(bed.container.bounds, axis=0).max()))
-    room = np.minimum(wall_clearance(bed.container, centers, reach), top - centers @ up) - margin
+    room = top - centers @ up
+    # Far walls of a mesh take long to find: only where none is near does the search go on.
+    searched, reach = np.arange(len(centers)), 4.0 * margin
+    while len(searched):
+        clearance = wall_clearance(bed.container, centers[searched], np.full(len(searched), reach))
+        room[searched] = np.minimum(room[searched], np.where(clearance < reach, clearance, np.inf))
+        searched, reach = searched[room[searched] > reach], 2.0 * reach
+    room -= margin
     best = int(room.argmax())
     if room[best] <= 0.0:
         return None

@@ -53,6 +53,19 @@ def solid_fraction(bed: Bed) -> SolidFraction:
     Returns:
         The fractions; zero for a bed without spheres.
     """
+    return solid_fraction_with(bed, core_of(bed))
+
+
+def solid_fraction_with(bed: Bed, core: Core | None) -> SolidFraction:
+    """Return the solid fractions of a bed's filled volume and of a core that is known already.
+
+    Args:
+        bed: The bed.
+        core: What `core_of` gives.
+
+    Returns:
+        The fractions; zero for a bed without spheres.
+    """
     up = against_gravity(bed)
     if bed.count == 0:
         return SolidFraction(float((bed.container.bounds @ up).min()), 0.0, 0.0, None, None, "no spheres")
@@ -60,7 +73,6 @@ def solid_fraction(bed: Bed) -> SolidFraction:
     filled_volume = container_volume_below(bed.container, up, top)
     part = sphere_volume(bed.radius) if bed.endless else volume_below(bed.position @ up, bed.radius, top)
     solid = float(part.sum())
-    core = find_core(bed, up, top)
     return SolidFraction(
         top=top,
         filled_volume=filled_volume,

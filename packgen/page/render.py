@@ -87,10 +87,10 @@ def _add_spheres(
     if len(kinds) > 1:
         cloud["colour"] = _rgb(spheres.set_index[seen])
         looks = {"scalars": "colour", "rgb": True}
-        entries = [
-            [names[each] if each < len(names) else f"set {each}", KINDS[each % len(KINDS)]] for each in kinds
-        ]
-        plotter.add_legend(entries, bcolor=None, face="circle", size=(0.2, 0.05 * len(entries)))
+        for line, each in enumerate(reversed(kinds)):  # VTK's own legend cuts long names off
+            name = names[each] if each < len(names) else f"set {each}"
+            place = (0.015, 0.01 + 0.025 * line)
+            plotter.add_text(name, place, viewport=True, font_size=14, color=KINDS[each % len(KINDS)])
     else:
         one_size = np.ptp(spheres.radius) <= 1e-9 * spheres.radius.max()
         title = "batch" if one_size else "radius [m]"
