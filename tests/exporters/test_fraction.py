@@ -80,25 +80,45 @@ def test_the_foam_field_is_in_the_order_of_block_mesh(tmp_path):
     assert corners == [(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0), (0, 0, 1), (3, 0, 1), (3, 2, 1), (0, 2, 1)]
 
 
-@pytest.mark.skipif(shutil.which("foamDictionary") is None, reason="OpenFOAM is not installed")
-def test_openfoam_reads_the_field(tmp_path):
-    write(bed_of(20), tmp_path)
+def foam(folder, *command):
     environment = {"WM_PROJECT_DIR": "/usr/share/openfoam", **os.environ}
     done = subprocess.run(
-        ["foamDictionary", "-entry", "dimensions", "0/voidfraction"], cwd=tmp_path, capture_output=True,
-        text=True, env=environment, check=False,
-    )  # fmt: skip
-    assert "[ 0 0 0 0 0 0 0 ]" in done.stdout
+        command, cwd=folder, capture_output=True, text=True, env=environment, timeout=60, check=False
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+@pytest.mark.solver
+@pytest.mark.skipif(shutil.which("foamToVTK") is None, reason="OpenFOAM is not installed")
+def test_openfoam_reads_the_field_on_the_grid_and_on_a_mesh_of_its_own(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    bed = bed_of(100)
+    write(bed, tmp_path, cell_size=0.5)
     (tmp_path / "system" / "controlDict").write_text(
         "FoamFile { version 2.0; format ascii; class dictionary; object controlDict; }\n"
         "application none; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;\n"
         "writeControl timeStep; writeInterval 1;\n"
     )
-    done = subprocess.run(
-        ["blockMesh"], cwd=tmp_path, capture_output=True, text=True, env=environment, check=False
+    schemes = (
+        "ddtSchemes{} gradSchemes{} divSchemes{} laplacianSchemes{} interpolationSchemes{} snGradSchemes{}"
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert f"nCells: {len(foam_values(tmp_path))}" in done.stdout
+    for name, content in (("fvSchemes", schemes), ("fvSolution", "")):
+        (tmp_path / "system" / name).write_text(
+            f"FoamFile {{ version 2.0; format ascii; class dictionary; object {name}; }}\n{content}\n"
+        )
+    assert "[ 0 0 0 0 0 0 0 ]" in foam(tmp_path, "foamDictionary", "-entry", "dimensions", "0/voidfraction")
+    assert "nCells: 216" in foam(tmp_path, "blockMesh")
+    assert "Mesh OK" in foam(tmp_path, "checkMesh")
+    foam(tmp_path, "foamToVTK", "-time", "0")
+    mesh = next((tmp_path / "VTK").glob("*/internal.vtu"))
+    seen, image = pyvista.read(mesh), pyvista.read(tmp_path / "fraction.vti")
+    assert np.allclose(seen.cell_centers().points, image.cell_centers().points, atol=1e-6)
+    assert np.allclose(seen.cell_data["voidfraction"], image.cell_data["void_fraction"], atol=1e-6)
+    # And back: the mesh as OpenFOAM sees it gives the same field, in the order of its cells.
+    (tmp_path / "again").mkdir()
+    write(bed, tmp_path / "again", mesh=mesh)
+    assert np.allclose(foam_values(tmp_path / "again"), foam_values(tmp_path), atol=1e-5)
 
 
 def mesh_of(kind):
@@ -141,6 +161,22 @@ def test_on_a_users_mesh_the_sum_is_the_volume_of_the_spheres_too(tmp_path, kind
     solid = np.concatenate(read.cell_data["solid_fraction"])
     assert np.allclose(foam_values(tmp_path / "out"), 1 - solid, rtol=1e-12, atol=1e-12)
     assert solid.min() >= 0
+
+
+def test_the_field_is_in_the_order_of_a_mesh_whose_kinds_of_cells_take_turns(tmp_path):
+    import meshio
+
+    points, blocks = mesh_of("wedge")
+    wedges = blocks["wedge"]
+    tetrahedra = mesh_of("tetra")[1]["tetra"]
+    # The first wedge, tetrahedra of the second one's place, the rest.
+    parts = [("wedge", wedges[:1]), ("tetra", tetrahedra[[1, 129, 257]]), ("wedge", wedges[2:])]
+    meshio.Mesh(points, parts).write(tmp_path / "mesh.vtu")
+    (tmp_path / "out").mkdir()
+    target = points[wedges[5]].mean(axis=0)
+    bed = make_bed([target], 0.05, box_container((0, 0, 0), (3, 3, 3)))
+    write(bed, tmp_path / "out", mesh=tmp_path / "mesh.vtu")
+    assert np.flatnonzero(foam_values(tmp_path / "out") < 1).tolist() == [1 + 3 + 3]
 
 
 def test_a_mesh_that_cannot_serve_is_refused(tmp_path):

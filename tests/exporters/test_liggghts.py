@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 
@@ -130,8 +131,7 @@ def test_liggghts_runs_a_wide_range_of_sizes(tmp_path, walls):
     bed = lattice()
     radius = bed.radius.copy()
     radius[::2] /= 5
-    text = write(make_bed(bed.position, radius, bed.container), tmp_path, walls=walls, steps=20)
-    assert (" multi\n" in text) is (walls == "auto")
+    write(make_bed(bed.position, radius, bed.container), tmp_path, walls=walls, steps=20)
     run(tmp_path)
 
 
@@ -147,3 +147,37 @@ def test_liggghts_runs_a_periodic_box_without_walls_on_the_wrapped_sides(tmp_pat
     assert "xplane" not in text
     run(tmp_path)
     assert list((tmp_path / "post").glob("bed_*.vtk"))
+
+
+@needs_liggghts
+@pytest.mark.solver
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+@pytest.mark.parametrize("walls", ["auto", "mesh"])
+def test_two_processes_make_the_same_bed_as_one(tmp_path, walls):
+    rng = np.random.default_rng(6)
+    loose = lattice((4, 4, 4))
+    shaken = 1.1 * loose.position + rng.uniform(-0.05, 0.05, (64, 3)) * RADIUS
+    bed = make_bed(shaken, RADIUS, box_container((0, 0, 0), [8.8 * RADIUS] * 3))
+    ends = {}
+    for count in (1, 2):
+        folder = tmp_path / str(count)
+        folder.mkdir()
+        write(bed, folder, walls=walls)
+        (folder / "in.test").write_text(
+            "include in.bed\ndump end all custom 2000 end_*.dump id x y z\n"
+            'dump_modify end format "%d %.17g %.17g %.17g"\nrun 2000\n'
+        )
+        parallel = ["mpirun", "--oversubscribe", "-np", "2"] if count == 2 else []
+        command = [*parallel, "liggghts", "-in", "in.test", "-log", "none", "-var", "setup_only", "1"]
+        root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        done = subprocess.run(
+            command, cwd=folder, env={**os.environ, **root}, capture_output=True, text=True, timeout=60,
+            errors="replace", check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+        assert f"{count} by 1 by 1 MPI processor grid" in done.stdout or count == 2
+        assert "64 atoms" in done.stdout
+        rows = np.loadtxt(folder / "end_2000.dump", skiprows=9)
+        ends[count] = rows[np.argsort(rows[:, 0]), 1:]
+    assert np.abs(ends[1] - bed.position).max() > 0.01 * RADIUS  # spheres have met and moved
+    assert np.abs(ends[1] - ends[2]).max() < 1e-9 * RADIUS
