@@ -1,44 +1,106 @@
 from __future__ import annotations
 
+import json
 import os
 import time
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from packgen.cli import main
 from packgen.errors import SolverError
 from packgen.validation import Limits, find_solver, validate
-from packgen.validation.process import run_solver
+from packgen.validation.process import SOLVERS, run_solver
 from tests.exporters.beds import lattice
+
+SCENE = """\
+container: {box: {min: [0, 0, 0], max: [1, 1, 1]}}
+particle_sets: [{radius_distribution: constant, radius: 0.2}]
+zones: [{n_particles: 5}]
+"""
 
 
 @pytest.fixture
-def fake(tmp_path, monkeypatch):
-    """Put a shell script on the PATH as liggghts, and return what validates a small deck with it."""
-    deck = tmp_path / "deck"
-    deck.mkdir()
-    (deck / "in.bed").write_text("# nothing\n")
+def on_path(tmp_path, monkeypatch):
+    """Put a shell script on the PATH in place of a solver."""
 
-    def validate_with(script, **limits):
-        program = tmp_path / "bin" / "liggghts"
-        program.parent.mkdir()
+    def put(solver, script):
+        program = tmp_path / "bin" / SOLVERS[solver][0]
+        program.parent.mkdir(exist_ok=True)
         program.write_text(f"#!/bin/sh\n{script}\n")
         program.chmod(0o755)
         monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
-        with pytest.raises(SolverError) as caught:
-            validate(lattice(), deck, limits=Limits(**limits))
+
+    return put
+
+
+@pytest.fixture(params=SOLVERS)
+def fake(request, tmp_path, on_path):
+    """Return what validates a small deck with a shell script as the solver, each solver in turn."""
+    deck = tmp_path / "deck"
+    deck.mkdir()
+    for name in ("in.bed", "bed.py"):
+        (deck / name).write_text("# nothing\n")
+
+    def validate_with(script, **limits):
+        on_path(request.param, script)
+        with pytest.raises(SolverError, match=f"^{request.param}: ") as caught:
+            validate(lattice(), deck, solver=request.param, limits=Limits(**limits))
         assert caught.value.exit_code == 1
-        assert [path.name for path in deck.iterdir()] == ["in.bed"]
+        assert {path.name for path in deck.iterdir()} == {"in.bed", "bed.py"}
         return str(caught.value)
 
     return validate_with
 
 
-def test_a_missing_solver_is_exit_code_2_with_the_way_to_install_it(monkeypatch, tmp_path):
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_missing_solver_is_exit_code_2_with_the_way_to_install_it(monkeypatch, tmp_path, solver):
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(SolverError, match="apt-get install liggghts") as caught:
-        find_solver("liggghts")
+    with pytest.raises(SolverError, match=f"apt-get install {solver}") as caught:
+        find_solver(solver)
     assert caught.value.exit_code == 2
+
+
+def test_a_missing_solver_is_told_before_anything_is_made(monkeypatch, tmp_path, capsys):
+    (tmp_path / "five.yaml").write_text(SCENE)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    code = main(
+        [str(tmp_path / "five.yaml"), "--validate", "--solver", "lammps", "-o", str(tmp_path / "out")]
+    )
+    assert code == 2
+    assert "apt-get install lammps" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+FAILURES = {
+    "refuses": ("echo 'ERROR: no such style'; exit 1", "stopped with exit code 1"),
+    "is killed": ("kill -9 $$", "SIGKILL"),
+    "prints garbage": ("head -c 9999 /dev/urandom", "ended without writing"),
+    "hangs": ("sleep 60", "hangs: it said nothing for 0.5 s"),
+}
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("failure", FAILURES)
+def test_the_bed_outlives_a_solver_that_fails(tmp_path, monkeypatch, on_path, capsys, solver, failure):
+    monkeypatch.setattr("packgen.validation.Limits", partial(Limits, silence_max=0.5))
+    script, words = FAILURES[failure]
+    (tmp_path / "five.yaml").write_text(SCENE)
+    on_path(solver, script)
+    out = tmp_path / "out"
+    options = ["--validate", "--solver", solver, "-o", str(out), "--no-report", "--quiet"]
+    code = main([str(tmp_path / "five.yaml"), *options])
+    assert code == 1
+    assert words in capsys.readouterr().err
+    with np.load(out / "bed.npz") as bed:
+        assert bed["position"].shape == (5, 3)
+    assert list((out / solver).iterdir())
+    verdict = json.loads((out / "validation.json").read_text())
+    assert verdict["passed"] is False
+    assert words in verdict["errors"][solver]
+    assert words in " ".join(json.loads((out / "report.json").read_text())["missed"])
 
 
 def test_an_unknown_solver_is_exit_code_2_with_the_choices():
@@ -86,9 +148,9 @@ def test_a_solver_that_talks_for_ever_is_ended(tmp_path):
 
 @pytest.mark.parametrize("output", ["head -c 300000 /dev/urandom", "echo all is well", "true"])
 def test_a_solver_that_prints_garbage_and_says_all_is_well_is_not_believed(fake, output):
-    assert "ended without writing packgen_spheres.dump" in fake(f"{output}; exit 0")
+    assert "the solver ended without writing" in fake(f"{output}; exit 0")
 
 
-def test_a_dump_that_is_garbage_is_not_believed(fake):
-    script = "printf 'ITEM: NUMBER OF ATOMS\\n80\\nITEM: ATOMS id\\n1 2 nonsense\\n' > packgen_spheres.dump"
-    assert "packgen_spheres.dump that cannot be read" in fake(script)
+def test_results_that_are_garbage_are_not_believed(fake):
+    dump = "printf 'ITEM: NUMBER OF ATOMS\\n80\\nITEM: ATOMS id\\n1 2 nonsense\\n' > packgen_spheres.dump"
+    assert "cannot be read" in fake(f"{dump}; echo nonsense > packgen_judge.npz")
