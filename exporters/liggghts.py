@@ -4,6 +4,9 @@ Reference: LIGGGHTS manual, pages "read_data", "pair_style gran", "fix mesh/surf
 contact model is Hertz with tangential history, and the rolling model epsd2 where a material has rolling
 friction. The input has two parts: the definitions, and the run (dumps, steps, restart). ``-var setup_only 1``
 leaves the second out, so that another script can ``include`` the deck unedited; validation does just that.
+
+Neighbours are listed by ``bin`` for every range of sizes: with ``multi`` Debian's LIGGGHTS 3.8.0 lists none
+at all, and spheres fall through each other (found by running it).
 """
 
 from __future__ import annotations
@@ -113,15 +116,12 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
     bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
     moduli = [each.youngs_modulus for each in types.materials]
     mesh = _mesh_values(facets, options) if facets is not None and primitives is None else None
-    # LIGGGHTS refuses "multi" beside walls of triangles.
-    by_size = radius_max > particulate.NEIGHBOR_BY_SIZE_RATIO * radius_min and mesh is None
     return values | {
         "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
         "sort": bins <= SORT_BINS_MAX,
         "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
         "hard": max(moduli) > YOUNGS_MODULUS_HARD,
         "skin": skin,
-        "neighbor_style": "multi" if by_size else "bin",
         "youngs_modulus": moduli,
         "poissons_ratio": [each.poissons_ratio for each in types.materials],
         "restitution": contact.pair_matrix([each.restitution for each in types.materials]),

@@ -70,6 +70,14 @@ def test_a_planted_overlap_is_measured_and_its_force_predicted(tmp_path, walls):
     assert any("largest step-0 force" in line and "and the wall" in line for line in report.missed)
 
 
+def test_contacts_of_a_wide_range_of_sizes_are_all_seen(tmp_path):
+    position = [[2, 2, 2], [2, 2, 3.199], [4, 2, 2.05], [2, 3.049, 2]]
+    bed = make_bed(position, [1.0, 0.2, 0.05, 0.05], box_container((0, 0, 0), (5, 5, 5)))
+    zero = judge(bed, tmp_path / "deck").step_zero
+    assert zero.pair_count == predicted_forces(bed).pair_count == 2
+    assert zero.pair_force_max == pytest.approx(predicted_forces(bed).pair_force_max, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     "shape_of", [drum, Mesh, lambda s: Polyhedron(*_planes(s), s)], ids=["cylinder", "mesh", "planes"]
 )
