@@ -90,7 +90,9 @@ def _add_spheres(
         for line, each in enumerate(reversed(kinds)):  # VTK's own legend cuts long names off
             name = names[each] if each < len(names) else f"set {each}"
             place = (0.015, 0.01 + 0.025 * line)
-            plotter.add_text(name, place, viewport=True, font_size=14, color=KINDS[each % len(KINDS)])
+            plotter.add_text(
+                name, position=place, viewport=True, font_size=14, color=KINDS[each % len(KINDS)]
+            )
     else:
         one_size = np.ptp(spheres.radius) <= 1e-9 * spheres.radius.max()
         title = "batch" if one_size else "radius [m]"
