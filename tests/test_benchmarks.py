@@ -20,6 +20,7 @@ BENCHMARKS = Path(__file__).resolve().parent / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # the scripts' own helpers, as the scripts themselves find them
 columns = importlib.import_module("columns")
 homogeneity = importlib.import_module("homogeneity")
+porosity = importlib.import_module("porosity")
 pour = importlib.import_module("pour")
 quality = importlib.import_module("quality")
 scaling = importlib.import_module("scaling")
@@ -174,7 +175,25 @@ def test_export_speed_writes_each_format_in_a_process_of_its_own(tmp_path):
     assert "more than 2 s of processor time: none" in text
 
 
-@pytest.mark.parametrize("script", ["speed_against_error", "scaling", "bed_quality", "export_speed"])
+@needs_liggghts
+@pytest.mark.solver
+@pytest.mark.slow
+def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
+    script = importlib.import_module("solver_agreement")
+    options = ["--scenes", "furnace", "--spheres", "100", "--solvers", "liggghts", "--free-fall-times", "0.2"]
+    assert script.main(["--out", str(tmp_path), *options]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"solver_agreement.csv", "solver_agreement.txt"}
+    with (tmp_path / "solver_agreement.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [row["bed"] for row in rows] == ["grown", "as packed"]
+    assert int(rows[0]["pairs"]) == int(rows[0]["pairs_by_geometry"]) > 10
+    assert all(float(row["off_the_law"]) < 1e-9 and row["lost"] == "0" for row in rows)
+    assert "Forces at step 0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "script", ["speed_against_error", "scaling", "bed_quality", "export_speed", "solver_agreement"]
+)
 def test_every_script_explains_itself(script, capsys):
     with pytest.raises(SystemExit, match="0"):
         importlib.import_module(script).main(["--help"])
@@ -243,3 +262,26 @@ def test_a_trimmed_bed_touches_and_overlaps_nothing_and_is_smaller_by_no_more_th
 def test_the_seeds_that_liggghts_takes_are_different_primes():
     found = pour.primes_above(10_000, 3)
     assert found == [10007, 10009, 10037]
+
+
+def test_extrema_of_a_damped_wave_are_found_where_they_are():
+    place = np.arange(0.01, 3.0, 0.02)
+    noise = np.random.default_rng(0).normal(0.0, 0.003, len(place))
+    wave = 0.4 + 0.3 * np.exp(-0.5 * place) * np.cos(2.0 * np.pi * place) + noise
+    found = porosity.extrema(place, wave)
+    turn = np.arctan(0.5 / (2.0 * np.pi)) / (2.0 * np.pi)  # damping moves them all by so much
+    expected = [half - turn for half in (0.5, 1.0, 1.5)]
+    assert [each[0] for each in found] == pytest.approx(expected, abs=0.02)
+    assert [each[1] for each in found] == pytest.approx(
+        [0.4 + 0.3 * np.exp(-0.5 * at) * np.cos(2.0 * np.pi * at) for at in expected], abs=0.01
+    )
+
+
+@pytest.mark.slow
+def test_porosity_writes_each_shell_and_holds_the_means_against_zou_and_yu(tmp_path):
+    rows, text = run("porosity", tmp_path, "--ratios", "5", "--beds", "1")
+    first, last = float(rows[0]["porosity"]), float(rows[-1]["wall_distance"])
+    assert first > 0.9  # nothing but points of contact at the wall
+    assert last == pytest.approx(2.5, abs=0.02)
+    assert "Zou-Yu loose" in text
+    assert "5 first minimum" in text
