@@ -9,6 +9,7 @@ from html import escape
 
 WIDTH, HEIGHT = 460.0, 300.0
 LEFT, RIGHT, TOP, BOTTOM = 64.0, 16.0, 12.0, 46.0
+LETTER = 6.8  # width of a letter of a label, on average
 DASHES = {"line": "", "dashed": ' stroke-dasharray="7 4"', "dotted": ' stroke-dasharray="2 3"'}
 
 
@@ -95,17 +96,18 @@ def bars(title: str, x_label: str, y_label: str, names: Sequence[str], values: S
 def lying_bars(title: str, names: Sequence[str], values: Sequence[float], unit: str) -> str:
     """Return a plot of bars that lie, each with its name before and its value after it."""
     high = max([*values, 1e-12])
+    left = max(60.0, LETTER * max(map(len, names), default=0)) + 6.0
     row = min((HEIGHT - 20.0) / max(len(names), 1), 28.0)
     parts = []
     for place, (name, value) in enumerate(zip(names, values, strict=True)):
         top = 10.0 + place * row
-        long = value / high * (WIDTH - 100.0 - 70.0)
-        parts.append(_text(94.0, top + 0.65 * row, name, "end"))
+        long = value / high * (WIDTH - left - 76.0)
+        parts.append(_text(left - 6.0, top + 0.65 * row, name, "end"))
         parts.append(
-            f'<rect class="c0" x="100" y="{top + 0.1 * row:.1f}" width="{max(long, 1.0):.1f}" '
+            f'<rect class="c0" x="{left:.1f}" y="{top + 0.1 * row:.1f}" width="{max(long, 1.0):.1f}" '
             f'height="{0.8 * row:.1f}"/>'
         )
-        parts.append(_text(106.0 + long, top + 0.65 * row, f"{value:.3g} {unit}", "start"))
+        parts.append(_text(left + 6.0 + long, top + 0.65 * row, f"{value:.3g} {unit}", "start"))
     return _svg(title, parts, "", "", height=20.0 + row * len(names))
 
 

@@ -143,6 +143,9 @@ def test_what_a_screen_reader_needs_is_there(tmp_path):
     assert dict(page.tags[0][1]) == {"lang": "en"}
     assert all("aria-label" in found for tag, found in page.tags if tag in {"svg", "canvas"})
     assert next(found for tag, found in page.tags if tag == "canvas")["tabindex"] == "0"
+    slider = next(found for tag, found in page.tags if found.get("type") == "range")
+    assert "cut" in slider["aria-label"]
+    assert next(found for tag, found in page.tags if tag == "output")["for"] == slider["id"]
 
 
 @pytest.mark.parametrize(("name", "text"), [("report.json", "{"), ("report.json", "{}"), ("bed.npz", "x")])

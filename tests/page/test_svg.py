@@ -27,3 +27,12 @@ def test_bars_are_as_tall_as_their_values():
     root = ElementTree.fromstring(svg.bars("t", "x", "y", ["a", "b"], [1.0, 3.0]))
     tall = [float(each.attrib["height"]) for each in root.iter() if each.tag == "rect"]
     assert tall[1] == pytest.approx(3.0 * tall[0], abs=0.2)
+
+
+def test_names_of_lying_bars_have_room_and_bars_stay_in_the_frame():
+    names = ["a", "liggghts, displacement"]
+    root = ElementTree.fromstring(svg.lying_bars("t", names, [1.0, 4.0], "r"))
+    ends = [float(each.attrib["x"]) for each in root.iter() if each.attrib.get("text-anchor") == "end"]
+    assert min(ends) >= svg.LETTER * len(names[1])
+    for bar in (each for each in root.iter() if each.tag == "rect"):
+        assert float(bar.attrib["x"]) + float(bar.attrib["width"]) <= svg.WIDTH - 60.0
