@@ -137,12 +137,13 @@ def _validation_plots(validation: Mapping[str, Any]) -> list[Plot | None]:
     limits, moved = {}, {}
     for solver, each in solvers.items():
         zero, run, limit = each["step_zero"], each["gravity_run"], each["limits"]
+        judged = run.get("judged", True)  # a run cut short tells nothing of where a bed ends
         for name, value, most in (
             ("force", zero.get("force_max"), limit["force_limit"]),
             ("moved", run["displacement_rest_mean"], limit["displacement_limit"]),
             ("sunk", run.get("sinking_rest"), limit["sinking_limit"]),
         ):
-            if value is not None and most:
+            if value is not None and most and (judged or name == "force"):
                 limits[f"{solver}, {name}"] = 100.0 * max(value, 0.0) / most
         for name, key in (("mean", "displacement_mean"), ("largest", "displacement_max")):
             if run[key] is not None:
