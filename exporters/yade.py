@@ -26,9 +26,12 @@ from packgen.errors import ExportError
 
 NAME = "yade"
 TIMESTEP_FRACTION = 0.1
-# In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
-# 0.1 a sphere between 193 of them was thrown out at 600 m/s, with 0.05 it stayed at rest.
-TIMESTEP_FRACTION_FACETS = 0.05
+# In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with a
+# fraction of 0.05 and above, a sphere between 193 of them was thrown out sooner or later.
+FACETS_AT_ONCE = 25  # with which the time step need not be shorter; beyond, it is so in proportion
+TOUCHING = 1.002  # radii; within that a facet counts as touched
+DISTANCES_MAX = 20_000_000  # of spheres to facets that are looked at: the lowest spheres, where hoppers end
+DISTANCES_AT_A_TIME = 1_000_000
 VERLET_SHARE = 0.2  # of the smallest radius: how far spheres move before neighbours are looked for again
 
 
@@ -36,8 +39,8 @@ class Options(deck.DeckOptions):
     """What a user may choose of a YADE deck.
 
     Attributes:
-        timestep_fraction: Time step as a fraction of the smallest Rayleigh time; None: 0.1, and 0.05 where
-            there are facets.
+        timestep_fraction: Time step as a fraction of the smallest Rayleigh time; None: 0.1, and less where
+            a sphere touches many facets at once.
         steps: Steps of the run; None: 100 to 1000, fewer for larger beds.
     """
 
@@ -71,7 +74,8 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     planes, facets = _walls(bed.container) if has_wall else ([], np.zeros((0, 3, 3)))
     fraction = options.timestep_fraction
     if fraction is None:
-        fraction = TIMESTEP_FRACTION_FACETS if len(facets) else TIMESTEP_FRACTION
+        crowd = max(FACETS_AT_ONCE, facets_at_once(bed, facets))
+        fraction = float(f"{TIMESTEP_FRACTION * FACETS_AT_ONCE / crowd:.2g}")
     values = particulate.common_values(bed, types, timestep_fraction=fraction, steps=options.steps)
     values |= _material_values(bed, types)
     values |= {
@@ -152,6 +156,32 @@ def _walls(container: Container) -> tuple[list[tuple[int, float]], walls.Float64
     for axis, position in planes:
         on_plane |= (triangles[:, :, axis] == position).all(axis=1)
     return planes, triangles[~on_plane]
+
+
+def facets_at_once(bed: Bed, facets: walls.Float64Array) -> int:
+    """Return the most facets that one sphere touches: whose plane is that close, and whose box reaches it.
+
+    Args:
+        bed: The bed; of a large one, the lowest spheres count.
+        facets: Corners of the facets [m], shape (F, 3, 3), float64.
+    """
+    if len(facets) == 0:
+        return 0
+    lowest = np.argsort(-bed.position @ bed.gravity, kind="stable")[: max(1, DISTANCES_MAX // len(facets))]
+    normal = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    offset = np.einsum("ij,ij->i", normal, facets[:, 0])
+    low, high = facets.min(axis=1), facets.max(axis=1)
+    most, step = 0, max(1, DISTANCES_AT_A_TIME // len(facets))
+    for start in range(0, len(lowest), step):
+        index = lowest[start : start + step]
+        position, reach = bed.position[index], TOUCHING * bed.radius[index, None]
+        touched = np.abs(position @ normal.T - offset) <= reach
+        for axis in range(3):
+            along = position[:, axis, None]
+            touched &= (along >= low[:, axis] - reach) & (along <= high[:, axis] + reach)
+        most = max(most, int(touched.sum(axis=1).max()))
+    return most
 
 
 def flat_walls(triangles: walls.Float64Array) -> list[tuple[int, float]]:

@@ -16,6 +16,7 @@ import pytest
 from packgen.check import check_bed
 from tests.beds import box_container, make_bed
 
+SCRIPTS = ("speed_against_error", "scaling", "bed_quality", "export_speed", "solver_agreement")
 BENCHMARKS = Path(__file__).resolve().parent / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # the scripts' own helpers, as the scripts themselves find them
 columns = importlib.import_module("columns")
@@ -186,7 +187,7 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
     with (tmp_path / "solver_agreement.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     assert [row["bed"] for row in rows] == ["grown", "as packed"]
-    assert int(rows[0]["pairs"]) == int(rows[0]["pairs_by_geometry"]) > 10
+    assert int(rows[0]["pairs"]) == int(rows[0]["pairs_by_geometry"]) > 0
     assert all(float(row["off_the_law"]) < 1e-9 and row["lost"] == "0" for row in rows)
     assert "Forces at step 0" in capsys.readouterr().out
 

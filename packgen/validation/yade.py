@@ -1,7 +1,7 @@
 """YADE as a judge: ``bed.py``, run unedited by a script that measures, in one process.
 
 Step 0 is a step of all engines but the integrator. The gravity run has a fiftieth of the work budget, since
-YADE takes ten to thirty times as long a sphere and step as LIGGGHTS and half the time step between facets.
+YADE takes ten to thirty times as long a sphere and step as LIGGGHTS.
 """
 
 from __future__ import annotations

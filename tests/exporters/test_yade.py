@@ -11,7 +11,7 @@ import pytest
 from exporters import yade
 from packgen.bed import Material, Mesh, ParticleSet, Surface
 from packgen.errors import ExportError
-from tests.beds import box_container, box_surface, make_bed, make_container
+from tests.beds import box_container, box_surface, make_bed, make_container, revolved_surface
 from tests.exporters.beds import RADIUS, lattice
 from tests.validation.beds import bed_in
 
@@ -107,15 +107,23 @@ def test_facets_are_written_once_and_only_where_no_plane_is(tmp_path):
     }
 
 
-def test_the_time_step_between_facets_is_half_of_that_between_planes(tmp_path):
+def test_the_time_step_is_shorter_where_a_sphere_touches_many_facets_at_once(tmp_path):
     of = {}
-    for name in ("box", "cylinder"):
+    for name in ("box", "mesh"):
         (tmp_path / name).mkdir()
         of[name] = write(bed_in(name), tmp_path / name)
-    assert "# 0.1 of the smallest Rayleigh time" in of["box"]
+        assert "# 0.1 of the smallest Rayleigh time" in of[name]
     assert not (tmp_path / "box" / "wall.stl").exists()
-    assert "# 0.05 of the smallest Rayleigh time" in of["cylinder"]
     assert "# 0.2 of the smallest" in write(bed_in("mesh"), tmp_path, timestep_fraction=0.2)
+    surface = revolved_surface([(0, 0.02), (1.8, 0.812)], 96)
+    slope = 0.44 * np.cos(np.pi / 96)
+    # Its distance from all the sides of the cone is its radius.
+    distance = (0.02 * np.cos(np.pi / 96) + slope * 0.05) / np.hypot(1, slope)
+    cone = make_container(Mesh(surface), surface, 1.0)
+    bed = make_bed([[0, 0, 0.05], [0, 0, 0.5]], [distance, 0.1], cone)
+    triangles = surface.vertices[surface.faces]
+    assert yade.facets_at_once(bed, triangles) == 2 * 96
+    assert "# 0.013 of the smallest" in write(bed, tmp_path)
 
 
 @needs_yade
