@@ -26,8 +26,8 @@ from packgen.errors import ExportError
 
 NAME = "yade"
 TIMESTEP_FRACTION = 0.1
-# In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with a
-# fraction of 0.05 and above, a sphere between 193 of them was thrown out sooner or later.
+# In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
+# fractions of 0.05 and more, a sphere between 193 of them was thrown out sooner or later.
 FACETS_AT_ONCE = 25  # with which the time step need not be shorter; beyond, it is so in proportion
 TOUCHING = 1.002  # radii; within that a facet counts as touched
 DISTANCES_MAX = 20_000_000  # of spheres to facets that are looked at: the lowest spheres, where hoppers end
