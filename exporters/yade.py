@@ -10,6 +10,10 @@ planes (``Wall``, a sphere of the same radius: sqrt(1/2)), see `flat_walls`; ``w
 YADE's rolling friction (``includeMoment``) has one coefficient for all contacts, and its limit is the normal
 force times the mean of both radii, where LIGGGHTS' epsd2 has the effective radius, half of it: `rolling`
 makes both the same for two equal spheres.
+
+A box that wraps around along some axes and has walls along others is refused (tried with YADE 2023.02a): in a
+periodic cell a body longer than half the cell stops the collider, with ``allowBiggerThanPeriod`` a ``Wall``
+hangs it at the second step, and a wall of small facets counts a sphere above an edge twice.
 """
 
 from __future__ import annotations
