@@ -33,6 +33,7 @@ from packgen.measure import (
 )
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
+from packgen.validation.law import mean_weight
 from packgen.validation.prediction import PredictedForces, predicted_forces
 
 
@@ -223,9 +224,18 @@ def build_report(
         radial=radial_profile(bed),
         pair_correlation=pair_correlation(bed, core),
         order=local_order(bed, core),
-        step_zero=predicted_forces(bed) if bed.gravity.any() else None,
+        step_zero=_step_zero(bed, found),
         settings=bed.provenance,
     )
+
+
+def _step_zero(bed: Bed, check: Check) -> PredictedForces | None:
+    """Return the predicted forces; where the check found no overlap at all, a second search finds none."""
+    if not bed.gravity.any():
+        return None
+    if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
+        return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)
+    return predicted_forces(bed)
 
 
 def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:

@@ -9,6 +9,7 @@ import pytest
 from packgen.bedfile import save_bed
 from packgen.geometry import Cone
 from packgen.report import build_report
+from packgen.validation import predicted_forces
 from tests.beds import box_container, cubic_lattice, make_bed, make_container, revolved_surface
 
 
@@ -72,6 +73,12 @@ def test_a_bed_in_a_tube_has_its_radial_profile_in_report_json():
     assert len(read["radial"]["mueller"]) == len(read["radial"]["wall_distance"]) - 1
     assert read["pair_correlation"]["g"] == list(report.pair_correlation.g)
     assert read["step_zero"]["force_max"] > 0.0
+
+
+@pytest.mark.parametrize("radius", [0.1 * (1 - 1e-9), 0.1 * (1 + 1e-4)])
+def test_forces_are_those_of_the_prediction_whether_anything_overlaps_or_not(radius):
+    bed = make_bed(cubic_lattice(5, 0.1), radius, box_container([0, 0, 0], [1, 1, 1]))
+    assert build_report(bed).step_zero == predicted_forces(bed)
 
 
 def test_a_bed_without_gravity_has_no_forces():
