@@ -60,11 +60,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
             wraps around along one or two of its axes only.
     """
     deck.check_exportable(bed, NAME)
-    if any(bed.container.periodic) and not all(bed.container.periodic):
-        raise ExportError(
-            "yade: the box wraps around along some axes only, YADE along all or none; export it for liggghts"
-            " or lammps, or give `periodic: [x, y, z]`"
-        )
+    check_periodic(bed.container.periodic)
     has_wall = walls.has_wall(bed)
     reach = float(bed.radius.max()) + VERLET_SHARE * float(bed.radius.min())
     size = bed.container.bounds[1] - bed.container.bounds[0]
@@ -105,6 +101,19 @@ def check_materials(materials: tuple[Material, ...]) -> None:
         ExportError: A value is out of range; the message gives material, value and range.
     """
     particulate.check_materials(NAME, materials)
+
+
+def check_periodic(periodic: tuple[bool, bool, bool]) -> None:
+    """Refuse a box that wraps around along one or two of its axes only.
+
+    Raises:
+        ExportError: It does.
+    """
+    if any(periodic) and not all(periodic):
+        raise ExportError(
+            "yade: the box wraps around along some axes only, YADE along all or none; export it for liggghts"
+            " or lammps, or give `periodic: [x, y, z]`"
+        )
 
 
 def _material_values(bed: Bed, types: contact.Types) -> dict[str, Any]:

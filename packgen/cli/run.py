@@ -109,10 +109,14 @@ def _plan(options: argparse.Namespace) -> _Plan:
         for solver in solvers:
             find_solver(solver)
     for exporter in chosen.values():
-        # A format that refuses a material says so now, not when the bed is made.
-        check_materials = getattr(exporter, "check_materials", None)
-        if check_materials is not None:
-            check_materials(scene.materials)
+        # A format that refuses a material or a periodic box says so now, not when the bed is made.
+        for name, value in (
+            ("check_materials", scene.materials),
+            ("check_periodic", scene.container.periodic),
+        ):
+            check = getattr(exporter, name, None)
+            if check is not None:
+                check(value)
     target = options.output or Path(options.scene.stem)
     return _Plan(scene, chosen, settings, solvers if options.validate else (), target)
 

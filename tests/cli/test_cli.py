@@ -342,3 +342,14 @@ def test_a_reader_that_goes_away_is_no_error(scene, core, monkeypatch):
         monkeypatch.setattr(sys, "stdout", closed)
         assert main([scene]) == 0
     assert np.load("box/bed.npz")["radius"].shape == (125,)
+
+
+def test_a_periodic_box_that_a_format_refuses_ends_the_run_before_it_starts(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("seam.yaml").write_text(
+        "container: {box: {min: [0, 0, 0], max: [1, 1, 1]}, periodic: [x]}\n"
+        "particle_sets: [{radius_distribution: constant, radius: 0.1}]\n"
+    )
+    assert main(["seam.yaml", "--export", "yade"]) == 2
+    assert "yade: the box wraps around along some axes only" in capsys.readouterr().err
+    assert os.listdir() == ["seam.yaml"]
