@@ -4,10 +4,11 @@ import os
 import shutil
 import subprocess
 
+import numpy as np
 import pytest
 
 from exporters import cfdem
-from tests.exporters.beds import lattice
+from tests.exporters.beds import lattice, read_data_file
 
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
@@ -19,6 +20,9 @@ def test_the_case_has_the_tutorials_layout(tmp_path):
         "DEM/in.bed", "DEM/bed.data", "DEM/wall.stl", "DEM/in.liggghts_init", "DEM/in.liggghts_run",
         "parDEMrun.sh",
     }  # fmt: skip
+    _, rows = read_data_file(tmp_path / "DEM" / "bed.data")
+    assert np.array_equal(rows[:, 4:], lattice().position)
+    assert np.array_equal(rows[:, 2], 2 * lattice().radius)
     run = (tmp_path / "DEM" / "in.liggghts_run").read_text()
     assert "read_restart ../DEM/post/restart/liggghts.restart" in run
     assert "file ../DEM/wall.stl" in run
