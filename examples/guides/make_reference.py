@@ -1,0 +1,319 @@
+"""Write reference.md from the schema, the parser and the docstrings: ``python make_reference.py``.
+
+Nothing is said here that packgen does not say itself, so that the page changes with the code; a test holds
+the page against what this script makes of today's code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import inspect
+import re
+import types
+import typing
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+import exporters
+from packgen import bedfile, report
+from packgen.bed import Material
+from packgen.cli import DESCRIPTION, EPILOG, build_parser
+from packgen.scene import document, models, sets
+from packgen.units import UNITS
+from packgen.validation import results as validation
+
+PAGE = Path(__file__).resolve().parent / "reference.md"
+
+# The kinds of values in packgen.scene.values, by name; one that is missing here stops the script.
+KINDS = {
+    "Acceleration": "acceleration > 0 [m/s2]",
+    "AxisIndex": "0, 1, 2 or x, y, z",
+    "Count": "whole number > 0",
+    "Density": "density > 0 [kg/m3]",
+    "Direction": "x, y, z (up), -x, -y, -z, or the vector that points down",
+    "FilePath": "file, relative to the scene",
+    "Fraction": "number from 0 to 1",
+    "Fractions": "list of numbers from 0 to 1",
+    "Length": "length [m]",
+    "LengthUnit": "m, cm, mm, um, in or ft",
+    "Lengths": "list of lengths > 0 [m]",
+    "Mass": "mass > 0 [kg]",
+    "Name": "name",
+    "NonNegative": "number >= 0",
+    "NonNegativeLength": "length >= 0 [m]",
+    "Periodic": "list of axes, such as [x, y]",
+    "Point": "[x, y, z], lengths [m]",
+    "PoissonsRatio": "number from 0 to 0.5",
+    "Positive": "number > 0",
+    "PositiveLength": "length > 0 [m]",
+    "Pressure": "pressure > 0 [Pa]",
+    "PrimitiveAxis": "axis, such as z, -x or [1, 0, 1]",
+    "Seed": "whole number >= 0",
+    "SolidVolume": "volume > 0 [m3]",
+    "Tolerance": "number between 0 and 1",
+    "WholeNumber": "whole number >= 0",
+    "str": "text",
+}
+SECTIONS = {
+    "BoxSpec": "box",
+    "CylinderSpec": "cylinder",
+    "ConeSpec": "cone",
+    "SphereSpec": "sphere",
+    "SliceSpec": "slice",
+    "ContainerSpec": "container",
+    "LocationSpec": "location",
+    "ZoneSpec": "zones[]",
+    "Params": "params",
+    "MaterialSpec": "materials.NAME",
+    "ValidationSpec": "validation",
+    "ParticleSetSpec": "particle_sets[]",
+}
+FILES = (
+    ("`bed.npz`", "the spheres as plain arrays, see below"),
+    ("`report.json`", "what was asked and what was reached, see below"),
+    ("`report.html`", "the same to look at; not with `--no-report`"),
+    ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--validate`"),
+    ("`validation.json`", "with `--validate`: what each solver measured, see below"),
+)
+
+
+def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """Return a table in Markdown."""
+    lines = [head, ("---",) * len(head), *rows]
+    return (
+        "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+        + "\n"
+    )
+
+
+def plain(text: str) -> str:
+    """Return a docstring's text with its code marked as Markdown does, and null for Python's None."""
+    text = re.sub(r"\bNone\b", "null", re.sub(r"\s+", " ", text).strip())
+    return re.sub(r"`+([^`]+)`+", r"`\1`", text)
+
+
+def summary(item: Any) -> str:
+    """Return what a docstring says before its sections."""
+    return plain(
+        re.split(r"\n\s*(?:Attributes|Args|Returns|Raises|Example):+", inspect.getdoc(item) or "")[0]
+    )
+
+
+def attributes(item: type) -> dict[str, str]:
+    """Return the meanings that the docstrings of a class and its bases give their attributes."""
+    found: dict[str, str] = {}
+    for base in reversed(item.__mro__):
+        parts = re.split(r"\n\s*Attributes:\n", inspect.cleandoc(base.__doc__ or ""))
+        if len(parts) < 2 or base.__module__.split(".")[0] not in {"packgen", "exporters"}:
+            continue
+        entries = re.split(r"^    (?=\w+:)", parts[1].split("\n\n")[0], flags=re.MULTILINE)
+        for entry in filter(str.strip, entries):
+            name, meaning = entry.split(":", 1)
+            found[name.strip()] = plain(meaning)
+    return found
+
+
+def kind(annotation: str) -> str:
+    """Return in words what a key of the scene may hold."""
+    annotation = re.sub(r"Annotated\[(.*), \w+\(.*\)\]", r"\1", annotation).replace(" | None", "")
+    literal = re.fullmatch(r"Literal\[(.*)\]", annotation)
+    if literal:
+        return ", ".join(f"`{each.strip()[1:-1]}`" for each in literal[1].split(","))
+    many = re.fullmatch(r"tuple\[(\w+), \.\.\.\]|dict\[Name, (\w+)\]", annotation)
+    if many:
+        one = kind(many[1] or many[2])
+        return f"list of {one}" if many[1] else f"mapping of names to {one}"
+    if annotation in SECTIONS:
+        return f"mapping, see `{SECTIONS[annotation]}`"
+    return KINDS[annotation]
+
+
+def default(field: Any) -> str:
+    """Return a key's default as YAML has it; nothing where the key may be left out, ``required`` else."""
+    if field.is_required():
+        return "required"
+    value = field.get_default(call_default_factory=True)
+    if value is None or value == "" or isinstance(value, (dict, BaseModel)):
+        return ""
+    if isinstance(value, tuple) and (not value or isinstance(value[0], BaseModel)):
+        return ""
+    if value in {
+        (0.0, 0.0, -1.0),
+        (0.0, 0.0, 1.0),
+    }:  # down as gravity_axis z says it, and the axis of a primitive
+        return "z"
+    if isinstance(value, tuple) and all(isinstance(each, bool) for each in value):
+        return ""
+    return (
+        str(list(value))
+        if isinstance(value, tuple)
+        else f"{value:g}"
+        if isinstance(value, float)
+        else str(value)
+    )
+
+
+def keys_of(model: type) -> str:
+    """Return the table of a mapping of the scene."""
+    meaning, annotations = attributes(model) or attributes(Material), {}
+    for base in reversed(model.__mro__):
+        annotations |= inspect.get_annotations(base)
+    rows = [
+        (f"`{name}`", kind(annotations[name]), default(field), meaning.get(name, ""))
+        for name, field in model.model_fields.items()  # type: ignore[attr-defined]
+    ]
+    columns = 4 if any(row[3] for row in rows) else 3  # what a class says in one sentence needs no column
+    return table(("key", "value", "default", "meaning")[:columns], [row[:columns] for row in rows])
+
+
+def scene_part() -> Iterator[str]:
+    """The scene file."""
+    yield "## The scene file\n"
+    yield f"{summary(document.SceneFile)}\n"
+    yield keys_of(document.SceneFile)
+    for name, path in SECTIONS.items():
+        if name == "ParticleSetSpec":
+            continue
+        model = getattr(models, name)
+        yield f"### `{path}`\n\n{summary(model)}\n"
+        yield keys_of(model)
+    yield f"### `particle_sets[]`\n\n{summary(sets.SetKeys)}\n"
+    yield keys_of(sets.SetKeys)
+    yield "`radius_distribution`, and the keys that it takes besides:\n"
+    rows = []
+    for model in sets.SetKeys.__subclasses__():
+        own = {
+            name: field for name, field in model.model_fields.items() if name not in sets.SetKeys.model_fields
+        }
+        law = typing.get_args(own.pop("radius_distribution").annotation)[0]
+        named = ", ".join(
+            f"`{name}`" + ("" if field.is_required() else " (optional)") for name, field in own.items()
+        )
+        rows.append((f"`{law}`", named, summary(model)))
+    yield table(("law", "keys", "meaning"), rows)
+    yield "Units that a value may carry, the SI unit first:\n"
+    yield table(
+        ("quantity", "units"),
+        [(name, ", ".join(f"`{each}`" for each in units)) for name, units in UNITS.items() if units],
+    )
+
+
+def command_part() -> Iterator[str]:
+    """The command line."""
+    yield f"## The command\n\n{DESCRIPTION}\n"
+    rows = []
+    for action in build_parser()._actions:
+        if isinstance(action, argparse._HelpAction):
+            continue
+        shown = f"{'/'.join(action.choices)}" if action.choices else str(action.metavar or "")
+        names = ", ".join(f"`{each}`" for each in action.option_strings) or f"`{action.metavar}`"
+        value = f" `{shown}`" if shown and action.option_strings and action.nargs != 0 else ""
+        rows.append((names + value, action.help or ""))
+    yield table(("argument", "meaning"), rows)
+    others, codes = EPILOG.split("exit codes:")
+    commands = [
+        re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in others.splitlines()[1:] if line.strip()
+    ]
+    yield table(("other command", "meaning"), [(f"`{name}`", meaning) for name, meaning in commands])
+    yield "Exit codes:\n"
+    yield table(("code", "meaning"), [tuple(each.strip().split(" ", 1)) for each in codes.split(";")])  # type: ignore[misc]
+
+
+def parts_of(hint: Any) -> tuple[type | None, str]:
+    """Return the dataclass inside a type, if there is one, and the brackets that its place in JSON has."""
+    if dataclasses.is_dataclass(hint):
+        return typing.cast("type", hint), ""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is tuple and arguments[-1] is Ellipsis:
+        inner = parts_of(arguments[0])
+        return (inner[0], "[]" + inner[1]) if inner[0] else (None, "")
+    if origin in {typing.Union, types.UnionType}:
+        for each in arguments:
+            if parts_of(each)[0]:
+                return parts_of(each)
+    return None, ""
+
+
+def json_rows(item: type, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Return a row for each key that a dataclass has as JSON, the keys of what it holds after their own."""
+    meaning, hints = attributes(item), typing.get_type_hints(item)
+    for field in dataclasses.fields(item):
+        inner, brackets = parts_of(hints[field.name])
+        path = f"{prefix}{field.name}{brackets}"
+        said = meaning.get(field.name, "")
+        if inner and not attributes(inner):
+            said = f"{said} {summary(inner)}".strip()
+        yield f"`{path}`", said
+        if inner:
+            yield from json_rows(inner, f"{path}.")
+
+
+def properties(item: type, names: tuple[str, ...], prefix: str) -> Iterator[tuple[str, str]]:
+    """Return rows for properties that are written beside the fields."""
+    for name in names:
+        yield f"`{prefix}{name}`", summary(getattr(item, name))
+
+
+def result_part() -> Iterator[str]:
+    """What a run leaves."""
+    yield "## The result folder\n"
+    yield table(("file", "content"), list(FILES))
+    keys = re.search(r"Keys: (.*?)\n\n", inspect.getdoc(bedfile.save_bed) or "", re.DOTALL)
+    yield f"`bed.npz`: {plain(keys[1]) if keys else ''}\n"
+    yield "### `report.json`\n\nLengths in metres, overlaps and gaps as fractions of the smaller radius.\n"
+    rows = list(json_rows(report.Report))
+    place = 1 + max(index for index, row in enumerate(rows) if row[0].startswith("`overlap."))
+    rows[place:place] = properties(report.Check, ("within_tolerance",), "overlap.")
+    yield table(("key", "meaning"), rows)
+    yield "### `validation.json`\n\n`W` is the mean weight of a sphere, `r` its mean radius.\n"
+    rows = [
+        ("`passed`", "Whether every solver kept every limit."),
+        ("`errors`", "Solvers that failed, and how."),
+    ]
+    solver = "solvers.NAME."
+    rows += [(f"`{solver}passed`", summary(validation.SolverReport.passed))]
+    rows += [(f"`{solver}missed`", summary(validation.SolverReport.missed))]
+    for name, said in json_rows(validation.SolverReport, solver):
+        if name != f"`{solver}solver`":
+            rows.append((name, said))
+        if name == f"`{solver}step_zero.worst_outside`":
+            rows += properties(validation.StepZero, ("force_max",), f"{solver}step_zero.")
+        if name == f"`{solver}gravity_run.height_change`":
+            rows.append((f"`{solver}gravity_run.lost_count`", "Number of spheres that were lost."))
+            rows += properties(validation.GravityRun, ("sinking_rest", "judged"), f"{solver}gravity_run.")
+    yield table(("key", "meaning"), rows)
+
+
+def exporter_part() -> Iterator[str]:
+    """The exporters and their options."""
+    yield "## Exporters\n\nOptions are given as `--export-option NAME.KEY=VALUE`.\n"
+    rows = []
+    for name, module in exporters.BUILTIN.items():
+        found = import_module(module)
+        options = attributes(found.Options)
+        fields = getattr(found.Options, "model_fields", {})
+        said = [f"`{key}`: {options.get(key, '')}" for key in fields if key != "templates"]
+        rows.append((f"`{name}`", plain((found.__doc__ or "").split("\n\n")[0]), "<br>".join(said)))
+    yield table(("name", "writes", "options"), rows)
+
+
+def reference() -> str:
+    """Return the text of the page."""
+    parts = [
+        "# Reference\n\nWritten by `make_reference.py` from the schema, the parser and the docstrings. "
+        "How to use it all: [the tutorial](../README.md).\n",
+        *scene_part(),
+        *command_part(),
+        *result_part(),
+        *exporter_part(),
+    ]
+    return "\n".join(parts)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(reference(), encoding="utf-8")
