@@ -21,7 +21,6 @@ from exporters import contact, deck, lammps_data, lammps_walls, particulate, wal
 from packgen.bed import Bed, Material
 
 NAME = "lammps"
-SORT_BINS_MAX = 1.0e8  # as of LIGGGHTS, which has the same sorting
 NEIGHBORS_ONE = 2000  # LAMMPS' own most neighbours of a sphere
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
 
@@ -52,12 +51,9 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
     box = lammps_data.simulation_box(bed, open_top=open_top)
     values = _values(bed, types, box, options) | {"regions": regions}
-    title = (
-        f"{bed.count} spheres, packgen {values['version']}, scene {values['scene']}, seed {values['seed']}"
-    )
     return [
         deck.write_text(folder / "in.bed", deck.render("lammps/in.bed.j2", values, options.templates)),
-        lammps_data.write_data(bed, folder / "bed.data", types, box, title),
+        lammps_data.write_data(bed, folder / "bed.data", types, box),
     ]
 
 
@@ -71,7 +67,7 @@ def check_materials(materials: tuple[Material, ...]) -> None:
 
 
 def _values(
-    bed: Bed, types: contact.Types, box: np.ndarray[tuple[int, ...], np.dtype[np.float64]], options: Options
+    bed: Bed, types: contact.Types, box: lammps_data.Float64Array, options: Options
 ) -> dict[str, Any]:
     """Return what the template places, but for the regions."""
     values = particulate.common_values(
@@ -79,16 +75,12 @@ def _values(
     )
     radius_min, radius_max = values["radius_min"], values["radius_max"]
     ratio = radius_max / radius_min
-    skin = 0.5 * radius_min
-    bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
     models = _models(bed, types)
     wall = types.wall - 1
     unlike = len({models[index][wall] for index in range(len(types.materials))}) > 1
     neighbors = max(NEIGHBORS_ONE, int((ratio + 2) ** 3))
+    values |= lammps_data.box_values(bed, box)
     return values | {
-        "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
-        "sort": bins <= SORT_BINS_MAX,
-        "skin": skin,
         "neighbor_style": "multi" if ratio > particulate.NEIGHBOR_BY_SIZE_RATIO else "bin",
         "size_intervals": _size_intervals(radius_min, radius_max),
         "neighbors_one": neighbors,

@@ -14,7 +14,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from pydantic import Field
 
 from exporters import contact, deck, lammps_data, particulate, walls
@@ -25,9 +24,6 @@ NAME = "liggghts"
 YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
 YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
 RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
-SORT_BINS_MAX = (
-    1.0e8  # LIGGGHTS sorts spheres by bins of half the neighbour distance and stops beyond 2^31 of them
-)
 
 
 class Options(deck.DeckOptions):
@@ -64,11 +60,8 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     facets = walls.wall_facets(bed.container) if has_wall else None
     values = _values(bed, types, facets, options)
     paths = [deck.write_text(folder / "in.bed", deck.render("liggghts/in.bed.j2", values, options.templates))]
-    title = (
-        f"{bed.count} spheres, packgen {values['version']}, scene {values['scene']}, seed {values['seed']}"
-    )
     box = _simulation_box(bed, facets)
-    paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box, title))
+    paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box))
     if facets is not None:
         paths.append(walls.write_stl(folder / "wall.stl", facets.triangles, binary=options.stl == "binary"))
     return paths
@@ -94,9 +87,7 @@ def check_materials(materials: tuple[Material, ...]) -> None:
     particulate.check_materials(NAME, materials, restitution_min=RESTITUTION_MIN)
 
 
-def _simulation_box(
-    bed: Bed, facets: walls.Facets | None
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _simulation_box(bed: Bed, facets: walls.Facets | None) -> lammps_data.Float64Array:
     return lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
 
 
@@ -111,17 +102,12 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
     values = particulate.common_values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
     )
-    radius_min, radius_max = values["radius_min"], values["radius_max"]
-    skin = 0.5 * radius_min
-    bins = float(np.prod(np.ceil((box[1] - box[0]) / (radius_max + skin / 2))))
     moduli = [each.youngs_modulus for each in types.materials]
     mesh = _mesh_values(facets, options) if facets is not None and primitives is None else None
+    values |= lammps_data.box_values(bed, box)
     return values | {
-        "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
-        "sort": bins <= SORT_BINS_MAX,
         "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
         "hard": max(moduli) > YOUNGS_MODULUS_HARD,
-        "skin": skin,
         "youngs_modulus": moduli,
         "poissons_ratio": [each.poissons_ratio for each in types.materials],
         "restitution": contact.pair_matrix([each.restitution for each in types.materials]),

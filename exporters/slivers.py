@@ -12,6 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from exporters.edges import edges_of
+
 Float64Array = NDArray[np.float64]
 Int64Array = NDArray[np.int64]
 
@@ -73,7 +75,7 @@ def _flat_parts(vertices: Float64Array, faces: Int64Array) -> Int64Array:
 
 def _neighbors(faces: Int64Array) -> tuple[Int64Array, Int64Array]:
     """Return the facets on either side of each edge that two facets share."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges = edges_of(faces).reshape(-1, 2)
     owner = np.repeat(np.arange(len(faces)), 3)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     same = (edges[order][1:] == edges[order][:-1]).all(axis=1)
@@ -82,7 +84,7 @@ def _neighbors(faces: Int64Array) -> tuple[Int64Array, Int64Array]:
 
 def _outline(faces: Int64Array) -> list[tuple[int, int]]:
     """Return the edges that belong to one of some facets only."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges = edges_of(faces).reshape(-1, 2)
     unique, use = np.unique(edges, axis=0, return_counts=True)
     return [(a, b) for a, b in unique[use == 1].tolist()]
 
@@ -121,7 +123,7 @@ def _divided(
 
 def _touched(faces: Int64Array, between: dict[tuple[int, ...], tuple[int, ...]]) -> NDArray[np.bool_]:
     """Return which facets have a divided edge, shape (F,)."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).tolist()
+    edges = edges_of(faces).tolist()
     return np.array([any(tuple(edge) in between for edge in each) for each in edges], dtype=bool)
 
 

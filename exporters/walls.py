@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exporters import slivers
+from exporters.edges import edges_of
 from packgen.bed import Bed, Box, Cone, Container, Surface
 from packgen.errors import ExportError
 
@@ -250,8 +251,7 @@ def _ascii_chunks(facets: Float64Array) -> Iterator[str]:
 
 
 def _edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    return edges, np.repeat(np.arange(len(faces)), 3)
+    return edges_of(faces).reshape(-1, 2), np.repeat(np.arange(len(faces)), 3)
 
 
 def _check_neighbors(faces: NDArray[np.int64]) -> None:

@@ -25,6 +25,7 @@ import numpy as np
 from pydantic import Field
 
 from exporters import contact, deck, particulate, table, walls
+from exporters.edges import edges_of
 from packgen.bed import Bed, Container, Material
 from packgen.errors import ExportError
 
@@ -208,7 +209,7 @@ def flat_walls(triangles: walls.Float64Array) -> list[tuple[int, float]]:
     corners = triangles.reshape(-1, 3)
     vertices, faces = np.unique(corners, axis=0, return_inverse=True)
     faces = faces.reshape(-1, 3)
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    edges = edges_of(faces).reshape(-1, 2)
     _, inverse, use = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     is_open = (use[inverse.reshape(-1)] == 1).reshape(-1, 3).any(axis=1)
     planes = []
