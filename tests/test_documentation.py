@@ -79,10 +79,12 @@ def test_links_lead_somewhere(page):
     assert not gone
 
 
-def test_every_guide_is_linked_from_the_tutorial():
+def test_the_tutorial_links_every_guide_and_every_scene():
     text = (EXAMPLES / "README.md").read_text(encoding="utf-8")
     for page in (EXAMPLES / "guides").glob("*.md"):
         assert f"(guides/{page.name})" in text
+    for scene in EXAMPLES.glob("*.yaml"):
+        assert f"({scene.name})" in text
 
 
 def script(path: Path):
