@@ -242,6 +242,9 @@ class _Zone:
         open_above = found & ~self.roofed
         # What was left behind below a throat is not the surface any more.
         open_above &= tops > self.climbed - self.plan.thickness * self.diameter
+        if open_above.any():
+            # Nor is a hollow under a roof that a column's middle misses: it would hold the level down.
+            open_above &= tops > np.median(tops[open_above]) - self.plan.thickness * self.diameter
         level = float(np.mean(tops[open_above])) if open_above.any() else self.level
         self.level = max(level, self.climbed)
         if not found.any():
