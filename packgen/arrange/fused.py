@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.kernels.pairs import cell_keys, fill_list, gather, level_grids
 from packgen.arrange.kernels.sweep import sphere_overlaps, sweep, wall_candidates
+from packgen.arrange.reach import list_reach
 from packgen.arrange.seams import SeamPairs, no_pairs, seam_pairs
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array, Int64Array
@@ -24,6 +25,8 @@ class FusedLayer:
         walls: What bounds the moving ones, and where space wraps around.
         previous: Centres of the moving spheres one sweep ago [m], shape (moving, 3).
         identity: Place of each moving sphere in the order given, shape (moving,).
+        reference: Mean radius of the moving spheres [m].
+        margin: How far each moving sphere may move while the list holds [m], shape (moving,).
     """
 
     ball: Float64Array
@@ -31,6 +34,8 @@ class FusedLayer:
     walls: WallTable
     previous: Float64Array = field(init=False)
     identity: Int64Array = field(init=False)
+    reference: float = field(init=False)
+    margin: Float64Array = field(init=False)
     shift: Float64Array = field(init=False)
     anchor: Float64Array = field(init=False)
     begin: Int64Array = field(init=False)
@@ -49,11 +54,13 @@ class FusedLayer:
         self.wall_room = np.empty(len(self.wall_item))
         self.shift = np.empty((self.moving, 3))
         self.seam = no_pairs()
+        self.reference = float(self.ball[: self.moving, 3].mean()) if self.moving else 0.0
 
     def rebuild(self, skin: float) -> None:
         """Sort the spheres by cell and list their neighbours and walls anew."""
         self._wrap()
-        box, level, size, cells, first = level_grids(self.ball, len(self.ball), skin)
+        reach = list_reach(self.ball[:, 3], skin, self.reference)
+        box, level, reaches, size, cells, first = level_grids(self.ball, reach)
         moving = self.moving
         _, start_moving, order = cell_keys(self.ball, 0, moving, box, level, size, cells, first)
         _, start_fixed, order_fixed = cell_keys(
@@ -69,17 +76,19 @@ class FusedLayer:
         self.ball, self.previous, self.identity, level = out
         self.owners = moving if len(size) == 1 else len(self.ball)
         self.begin = np.empty(self.owners + 1, np.int64)
+        reach = list_reach(self.ball[:, 3], skin, self.reference)
+        self.margin = reach[:moving] - self.ball[:moving, 3]
         while (
             fill_list(
-                self.ball, moving, self.owners, skin, box, level, size, cells, first,
+                self.ball, reach, moving, self.owners, box, level, reaches, size, cells, first,
                 start_moving, start_fixed, self.begin, self.neighbor,
             )
             < 0
         ):  # fmt: skip
             self.neighbor = np.empty(2 * len(self.neighbor), np.int32)
         if self.walls.seams.wraps:
-            self.seam = seam_pairs(self.ball, moving, self.walls.seams, skin)
-        self._list_walls(skin)
+            self.seam = seam_pairs(self.ball, reach, moving, self.walls.seams)
+        self._list_walls()
         self.anchor = self.ball[:moving, :3].copy()
 
     def _wrap(self) -> None:
@@ -89,12 +98,12 @@ class FusedLayer:
             self.previous += inside - position
             position[:] = inside
 
-    def _list_walls(self, skin: float) -> None:
+    def _list_walls(self) -> None:
         walls = self.walls
         self.wall_begin = np.empty(self.moving + 1, np.int64)
         while (
             wall_candidates(
-                self.ball, self.moving, skin, walls.kind, walls.row, walls.map_origin,
+                self.ball, self.moving, self.margin, walls.kind, walls.row, walls.map_origin,
                 walls.map_size, walls.map_cells, walls.map_start, walls.map_item,
                 self.wall_begin, self.wall_item, self.wall_room,
             )
@@ -104,14 +113,14 @@ class FusedLayer:
             self.wall_room = np.empty(len(self.wall_item))
 
     def sweep(
-        self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
+        self, sink: Float64Array, momentum: float, relaxation: float, stride: float
     ) -> tuple[float, int]:
         """Run one sweep; see ``kernels.sweep.sweep``."""
         worst, strays = sweep(
             self.ball, self.previous, self.shift, self.anchor, self.moving, self.owners,
             self.begin, self.neighbor, self.seam.first, self.seam.second, self.seam.offset,
             self.wall_begin, self.wall_item, self.wall_room, self.walls.kind, self.walls.row,
-            sink, momentum, relaxation, stride, skin,
+            sink, momentum, relaxation, stride, self.margin,
         )  # fmt: skip
         return float(worst), int(strays)
 

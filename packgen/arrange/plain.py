@@ -12,6 +12,7 @@ from torch import Tensor
 from packgen.arrange.kernels.sweep import wall_candidates
 from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
 from packgen.arrange.plain_walls import feature_gaps
+from packgen.arrange.reach import list_reach
 from packgen.arrange.seams import images
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
@@ -27,23 +28,29 @@ class PlainLayer:
         self.walls = walls
         self.identity: Int64Array = np.arange(moving)
         self.previous = self.ball[:moving, :3].clone()
+        self._reference = float(ball[:moving, 3].mean()) if moving else 0.0
         self._kind = torch.as_tensor(walls.kind, device=self.device)
         self._row = torch.as_tensor(walls.row, device=self.device)
 
     def rebuild(self, skin: float) -> None:
-        """List neighbours and walls anew, good until a sphere moves by ``skin * radius / 2``."""
+        """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
         self._wrap()
         position, radius, moving = self.ball[:, :3], self.ball[:, 3], self.moving
-        reach = radius * (1.0 + 0.5 * skin)
+        reach = self._reach(skin)
+        self.margin = (reach - radius)[:moving]
         inner = neighbor_pairs(position[:moving], reach[:moving])
         outer = neighbor_pairs_between(position[:moving], reach[:moving], position[moving:], reach[moving:])
         shifted = outer + torch.tensor([0, moving], device=self.device)
         self.pairs: Tensor = torch.cat([inner, shifted])
         self.offset = torch.zeros((1, 3), dtype=torch.float64, device=self.device)
         if self.walls.seams.wraps:
-            self._list_seams(reach, skin)
+            self._list_seams(reach)
         self.anchor = position[:moving].clone()
-        self._list_walls(skin)
+        self._list_walls()
+
+    def _reach(self, skin: float) -> Tensor:
+        reach = list_reach(self.ball[:, 3].cpu().numpy(), skin, self._reference)
+        return torch.as_tensor(reach, device=self.device)
 
     def _wrap(self) -> None:
         if self.walls.seams.wraps:
@@ -52,9 +59,9 @@ class PlainLayer:
             self.previous += inside - position
             self.ball[: self.moving, :3] = inside
 
-    def _list_seams(self, reach: Tensor, skin: float) -> None:
+    def _list_seams(self, reach: Tensor) -> None:
         """Append the pairs of a sphere and another one's image to the list, each pair once."""
-        sphere, shift = images(self.ball.cpu().numpy(), self.walls.seams, 1.0 + 0.5 * skin)
+        sphere, shift = images(self.ball.cpu().numpy(), reach.cpu().numpy(), self.walls.seams)
         owner = torch.as_tensor(sphere, device=self.device)
         offset = torch.as_tensor(shift, device=self.device)
         position = self.ball[:, :3]
@@ -68,14 +75,14 @@ class PlainLayer:
         self.offset = torch.cat([self.offset.expand(len(self.pairs), 3), offset[wanted]])
         self.pairs = torch.cat([self.pairs, torch.stack([first, second], dim=1)[wanted]])
 
-    def _list_walls(self, skin: float) -> None:
+    def _list_walls(self) -> None:
         ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
-        walls = self.walls
+        walls, margin = self.walls, self.margin.cpu().numpy()
         begin, item = np.empty(self.moving + 1, np.int64), np.empty(4096 + 2 * self.moving, np.int32)
         room = np.empty(len(item))
         while (
             wall_candidates(
-                ball, self.moving, skin, walls.kind, walls.row, walls.map_origin, walls.map_size,
+                ball, self.moving, margin, walls.kind, walls.row, walls.map_origin, walls.map_size,
                 walls.map_cells, walls.map_start, walls.map_item, begin, item, room,
             )
             < 0
@@ -125,7 +132,7 @@ class PlainLayer:
         return worst, shift
 
     def sweep(
-        self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
+        self, sink: Float64Array, momentum: float, relaxation: float, stride: float
     ) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
         moving = self.moving
@@ -147,7 +154,7 @@ class PlainLayer:
                 position[sphere] -= gap.clamp(max=0.0)[:, None] * push
         self.ball[:moving, :3] = position
         moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
-        return worst, int((moved > 0.5 * skin * radius).sum())
+        return worst, int((moved > self.margin).sum())
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""

@@ -33,6 +33,7 @@ class Recipe:
         skin_first: Reach of the neighbour list beyond touching, at the start.
         skin_last: The same at the end, when little moves.
         strays: While the layer sinks, the list is renewed when this share of the spheres has outrun it.
+        strays_last: The same after the sinking; none may have when the true spheres are looked at.
         give_up: (sweeps after the sinking, overlap): spheres deeper in another than this are thrown back.
         sweeps_max: Sweeps after the sinking; whatever still overlaps then is thrown back.
         retry: Sweeps until what then still overlaps is thrown back, and so on.
@@ -51,6 +52,7 @@ class Recipe:
     skin_first: float = 0.8
     skin_last: float = 0.3
     strays: float = 0.1
+    strays_last: float = 0.01
     give_up: tuple[tuple[int, float], ...] = ((10, 0.1), (20, 0.03), (30, 0.01), (45, 0.003))
     sweeps_max: int = 70
     retry: int = 15
@@ -79,10 +81,10 @@ class Layer(Protocol):
     identity: Int64Array
 
     def rebuild(self, skin: float) -> None:
-        """List neighbours and walls anew, good until a sphere moves by ``skin * radius / 2``."""
+        """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
 
     def sweep(
-        self, sink: Float64Array, momentum: float, relaxation: float, stride: float, skin: float
+        self, sink: Float64Array, momentum: float, relaxation: float, stride: float
     ) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
 
@@ -159,21 +161,18 @@ def _relax(
         if not sinking and recipe.tolerance is None:
             return
         # While all is in motion, a contact seen a few sweeps late does no harm.
-        if strays > (recipe.strays * layer.moving if sinking else 0):
+        if strays > (recipe.strays if sinking else recipe.strays_last) * layer.moving:
             share = min(1.0, number / max(sweeps, 1))
             skin = recipe.skin_first + (recipe.skin_last - recipe.skin_first) * share
             layer.rebuild(skin)
             stats.rebuilds += 1
         fall = down * (reference * recipe.fall(number)) if sinking else still
-        worst, strays = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride, skin)
+        worst, strays = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride)
         number += 1
         stats.sweeps += 1
         if sinking:
             continue
-        holds, done = _end_game(
-            layer, number - sweeps, worst, strays == 0, skin, give_up, down, recipe, stats
-        )
-        strays = 0 if holds else layer.moving
+        strays, done = _end_game(layer, number - sweeps, worst, strays, skin, give_up, down, recipe, stats)
         if done:
             return
 
@@ -182,39 +181,39 @@ def _end_game(
     layer: Layer,
     spent: int,
     worst: float,
-    holds: bool,
+    strays: int,
     skin: float,
     give_up: dict[int, float],
     down: Float64Array,
     recipe: Recipe,
     stats: SettleStats,
-) -> tuple[bool, bool]:
+) -> tuple[int, bool]:
     """Look whether the true spheres overlap, and throw hopeless ones back.
 
     Returns:
-        (whether the neighbour list still holds, whether the layer is done).
+        (spheres that have outrun the neighbour list, whether the layer is done).
     """
     assert recipe.tolerance is not None
     limit = give_up.get(spent)
     if spent >= recipe.sweeps_max and (spent - recipe.sweeps_max) % recipe.retry == 0:
         limit = 0.0
     if worst > 2.5 * (recipe.gap + recipe.tolerance) and limit is None:
-        return holds, False
-    if not holds:
+        return strays, False
+    if strays:
         layer.rebuild(skin)
         stats.rebuilds += 1
     largest, blame = layer.overlaps(1.0 / (1.0 + recipe.gap), down)
     # Just below the tolerance: the independent check rounds differently.
     allowed = 0.99 * recipe.tolerance
     if largest <= allowed:
-        return True, True
+        return 0, True
     out = blame > max(limit, allowed) if limit is not None else np.zeros(len(blame), bool)
     if not out.any():
-        return True, False
+        return 0, False
     most = math.ceil(recipe.throw_share * layer.moving)
     if out.sum() > most:
         # A layer that is overfull: nearly all overlap, but not nearly all have to go.
         out[np.argsort(-blame, kind="stable")[most:]] = False
     stats.thrown_back += int(out.sum())
     layer.drop(out)
-    return False, layer.moving == 0
+    return layer.moving, layer.moving == 0

@@ -89,22 +89,22 @@ def no_pairs() -> SeamPairs:
     return SeamPairs(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3)))
 
 
-def images(ball: Float64Array, seams: Seams, grow: float) -> tuple[Int64Array, Float64Array]:
+def images(ball: Float64Array, reach: Float64Array, seams: Seams) -> tuple[Int64Array, Float64Array]:
     """Return the images that spheres of the box can meet in one half of all directions.
 
     Of the two images that a pair has, one in either sphere's stead, one is enough.
 
     Args:
         ball: Centres in the box and radii [m], shape (N, 4).
+        reach: Spheres closer than the sum of these count as close [m], shape (N,).
         seams: The periods.
-        grow: How far apart spheres count as close, in sums of their radii.
 
     Returns:
         (sphere of each image, shape (M,); its shift [m], shape (M, 3)).
     """
-    reach = grow * (ball[:, 3] + ball[:, 3].max(initial=0.0))
+    longest = (reach + reach.max(initial=0.0))[:, None]
     from_low = ball[:, :3] - seams.low
-    below, above = from_low < reach[:, None], from_low > seams.period - reach[:, None]
+    below, above = from_low < longest, from_low > seams.period - longest
     spheres, shifts = [np.empty(0, np.int64)], [np.empty((0, 3))]
     for steps in product(*[(-1, 0, 1) if period else (0,) for period in seams.period]):
         if steps <= (0, 0, 0):
@@ -119,28 +119,28 @@ def images(ball: Float64Array, seams: Seams, grow: float) -> tuple[Int64Array, F
     return np.concatenate(spheres), np.concatenate(shifts)
 
 
-def seam_pairs(ball: Float64Array, moving: int, seams: Seams, skin: float) -> SeamPairs:
+def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seams) -> SeamPairs:
     """List the pairs that are close across a seam.
 
     Args:
         ball: Centres in the box and radii [m], shape (N, 4).
+        reach: A pair is listed when closer than the sum of these [m], shape (N,).
         moving: The first so many spheres move; pairs of two others are left out.
         seams: The periods, each more than twice as long as any pair's reach.
-        skin: A pair is listed when closer than (1 + skin / 2) times the sum of its radii.
 
     Returns:
         The pairs.
     """
-    grow = 1.0 + 0.5 * skin
-    image, shift = images(ball, seams, grow)
+    image, shift = images(ball, reach, seams)
     if len(image) == 0:
         return no_pairs()
-    reach = grow * (ball[:, 3] + ball[:, 3].max())
+    longest = (reach + reach.max())[:, None]
     from_low = ball[:, :3] - seams.low
-    near = (from_low < reach[:, None]) | (from_low > seams.period - reach[:, None])
+    near = (from_low < longest) | (from_low > seams.period - longest)
     partner = np.flatnonzero((near & (seams.period > 0.0)).any(axis=1))
     copies = np.column_stack([ball[image, :3] + shift, ball[image, 3]])
-    one, other = _close(np.concatenate([copies, ball[partner]]), len(copies), skin)
+    both = np.concatenate([reach[image], reach[partner]])
+    one, other = _close(np.concatenate([copies, ball[partner]]), both, len(copies))
     first, second = partner[other], image[one]
     wanted = (first < moving) | (second < moving)
     return SeamPairs(
@@ -148,9 +148,9 @@ def seam_pairs(ball: Float64Array, moving: int, seams: Seams, skin: float) -> Se
     )
 
 
-def _close(ball: Float64Array, split: int, skin: float) -> tuple[Int64Array, Int64Array]:
+def _close(ball: Float64Array, reach: Float64Array, split: int) -> tuple[Int64Array, Int64Array]:
     """Return the pairs of one of the first ``split`` spheres and one of the others, counted from there."""
-    box, level, size, cells, first = level_grids(ball, len(ball), skin)
+    box, level, reaches, size, cells, first = level_grids(ball, reach)
     _, start, order = cell_keys(ball, 0, split, box, level, size, cells, first)
     _, start_others, order_others = cell_keys(ball, split, len(ball), box, level, size, cells, first)
     order = np.concatenate([order, split + order_others]).astype(np.int64)
@@ -158,8 +158,8 @@ def _close(ball: Float64Array, split: int, skin: float) -> tuple[Int64Array, Int
     begin, neighbor = np.empty(owners + 1, np.int64), np.empty(24 * len(ball) + 4096, np.int32)
     while (
         fill_list(
-            ball[order], split, owners, skin, box, level[order], size, cells, first, start, start_others,
-            begin, neighbor,
+            ball[order], reach[order], split, owners, box, level[order], reaches, size, cells, first,
+            start, start_others, begin, neighbor,
         )
         < 0
     ):  # fmt: skip

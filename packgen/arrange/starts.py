@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from packgen.arrange.kernels.starts import close_points, pick_apart, point_grid
 from packgen.arrange.seams import Seams
 from packgen.arrays import Float64Array, Int64Array
 
 APART = 0.9
 """Large spheres start at least this fraction of the sum of their radii apart, as long as there is room."""
+
+CANDIDATES_A_SPHERE = 20
+"""Points that are tried for each large sphere before it starts in another one."""
 
 
 def assign_starts(
@@ -35,59 +41,29 @@ def assign_starts(
         (point of each sphere, shape (N,), int64; which spheres got one, shape (N,)).
     """
     chosen = np.full(len(radius), -1, np.int64)
-    free = np.ones(len(points), bool)
-    octave = np.floor(np.log2(radius.max() / radius) + 1e-9).astype(np.int64)
+    if len(points) == 0 or len(radius) == 0:
+        return chosen, chosen >= 0
+    points = np.ascontiguousarray(seams.wrapped(points))
+    place: tuple[Any, ...] = (points, seams.period, *point_grid(points, seams.low, seams.period))
+    closed = np.zeros(len(points), bool)
     largest = float(radius.max())
+    octave = np.floor(np.log2(largest / radius) + 1e-9).astype(np.int64)
+    position_large, radius_large = seams.wrapped(position_fixed), radius_fixed
     for number in np.unique(octave):
-        members = np.flatnonzero(octave == number)
-        edge = largest * 0.5**number
-        _close(points, free, seams, radius_of=edge, position=position_fixed, radius=radius_fixed)
-        coarse = number < octave.max()
-        picked = _pick(points, free, seams, len(members), APART * 1.5 * edge if coarse else 0.0)
+        members, edge = np.flatnonzero(octave == number), largest * 0.5**number
+        # What is hardly larger than a newcomer is a neighbour like any other.
+        large = radius_large > 1.5 * edge
+        close_points(position_large[large], radius_large[large] + 0.5 * edge, closed, *place)
+        position_large, radius_large = position_large[~large], radius_large[~large]
+        free = np.flatnonzero(~closed)
+        if number < octave.max():
+            apart = APART * 1.5 * edge
+            picked = pick_apart(free[: CANDIDATES_A_SPHERE * len(members)], len(members), apart, *place)
+        else:
+            picked = free[: len(members)]
         placed = members[: len(picked)]
         chosen[placed] = picked
-        free[picked] = False
-        _close(points, free, seams, radius_of=0.5 * edge, position=points[picked], radius=radius[placed])
+        closed[picked] = True
+        position_large = np.concatenate([position_large, points[picked]])
+        radius_large = np.concatenate([radius_large, radius[placed]])
     return chosen, chosen >= 0
-
-
-def _pick(
-    points: Float64Array, free: NDArray[np.bool_], seams: Seams, count: int, apart: float
-) -> Int64Array:
-    """Return the first free points, by random sequential addition where they have to be apart [m]."""
-    candidates = np.flatnonzero(free)
-    if apart == 0.0 or count == 0:
-        return candidates[:count]
-    candidates = candidates[: 20 * count]
-    tree, placed = seams.tree(points[candidates]), seams.placed(points[candidates])
-    blocked = np.zeros(len(candidates), bool)
-    picked: list[int] = []
-    for index in range(len(candidates)):
-        if len(picked) == count:
-            break
-        if not blocked[index]:
-            picked.append(index)
-            blocked[tree.query_ball_point(placed[index], apart)] = True
-    if len(picked) < count:
-        # No more room: the rest overlap, and the sweeps part them or throw them back.
-        rest = np.setdiff1d(np.arange(len(candidates)), picked)[: count - len(picked)]
-        picked.extend(rest.tolist())
-    return candidates[np.array(picked, np.int64)]
-
-
-def _close(
-    points: Float64Array,
-    free: NDArray[np.bool_],
-    seams: Seams,
-    *,
-    radius_of: float,
-    position: Float64Array,
-    radius: Float64Array,
-) -> None:
-    """Close the points that lie inside a sphere more than twice as large as ``radius_of`` [m]."""
-    large = radius > 1.5 * radius_of
-    if not large.any():
-        return
-    reach = radius[large] + 0.5 * radius_of
-    for near in seams.tree(points).query_ball_point(seams.placed(position[large]), reach):
-        free[near] = False

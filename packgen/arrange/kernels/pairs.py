@@ -1,8 +1,8 @@
-"""The neighbour list: cells sorted in memory, one grid an octave of radius, every pair owned by one sphere.
+"""The neighbour list: cells sorted in memory, one grid a range of radii, every pair owned by one sphere.
 
-A pair is owned by the sphere of the finer grid level (within a level by the one that comes first), whose
-contacts lie together. Owners that move come first, fixed owners (a small fixed sphere under a large moving
-one) after them.
+A pair is owned by the sphere of the coarser grid level (within a level by the one that comes first): the few
+large spheres look for the many small ones around them. Owners that move come first, fixed owners (a large
+fixed sphere under small moving ones) after them.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 LEVELS_MAX = 40
+
+LEVEL_RATIO = 4.0
+"""Largest to smallest radius of a level: finer levels have fewer candidates in more and emptier cells."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -34,59 +37,61 @@ def bounding_box(ball: NDArray[np.float64], count: int) -> NDArray[np.float64]:
 
 @njit(cache=True, error_model="numpy")
 def level_grids(  # type: ignore[no-untyped-def]
-    ball: NDArray[np.float64], count: int, skin: float
+    ball: NDArray[np.float64], reach: NDArray[np.float64]
 ):
-    """Lay one grid an octave of radius over the spheres.
+    """Lay one grid a range of radii over the spheres, the largest first.
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
-        count: How many of them to look at.
-        skin: Relative reach beyond touching that the list has to cover.
+        reach: Radius and margin of each sphere [m], shape (N,).
 
     Returns:
-        (box (7,), level of each sphere (N,) int8, cell size (L,), cells along each axis (L, 3),
-        first cell of each level (L + 1,)).
+        (box (7,), level of each sphere (N,) int8, largest reach of each level (L,), cell size (L,), cells
+        along each axis (L, 3), first cell of each level (L + 1,)).
     """
+    count = len(ball)
     box = bounding_box(ball, count)
     level = np.zeros(count, np.int8)
     members = np.zeros(LEVELS_MAX, np.int64)
+    reaches = np.zeros(LEVELS_MAX)
     radius_max = box[6]
     for i in range(count):
-        octave = 0
-        edge = 0.5 * radius_max
-        while ball[i, 3] <= edge and octave < LEVELS_MAX - 1:
-            edge *= 0.5
-            octave += 1
-        level[i] = octave
-        members[octave] += 1
+        grade = 0
+        edge = radius_max / LEVEL_RATIO
+        while ball[i, 3] <= edge and grade < LEVELS_MAX - 1:
+            edge /= LEVEL_RATIO
+            grade += 1
+        level[i] = grade
+        members[grade] += 1
+        reaches[grade] = max(reaches[grade], reach[i])
     levels = 1
-    for octave in range(LEVELS_MAX):
-        if members[octave] > 0:
-            levels = octave + 1
+    for grade in range(LEVELS_MAX):
+        if members[grade] > 0:
+            levels = grade + 1
     size = np.empty(levels)
     cells = np.empty((levels, 3), np.int64)
     first = np.zeros(levels + 1, np.int64)
     extent = np.empty(3)
     for axis in range(3):
         extent[axis] = box[3 + axis] - box[axis]
-    for octave in range(levels):
-        size[octave] = 2.0 * radius_max * 0.5**octave * (1.0 + 0.5 * skin) * (1.0 + 1e-9)
+    for grade in range(levels):
+        size[grade] = 2.0 * reaches[grade] * (1.0 + 1e-9)
         # Few small spheres in a large box: wider cells keep the grid in proportion to its members.
-        budget = 4.0 * members[octave] + 64.0
-        while True:
+        budget = 4.0 * members[grade] + 64.0
+        while members[grade] > 0:
             total = 1.0
             for axis in range(3):
-                total *= math.floor(extent[axis] / size[octave]) + 1.0
-            if total <= budget or members[octave] == 0:
+                total *= math.floor(extent[axis] / size[grade]) + 1.0
+            if total <= budget:
                 break
-            size[octave] *= 1.26
-        if members[octave] == 0:
-            size[octave] = 1e300  # one cell that everything lies in
+            size[grade] *= 1.26
+        if members[grade] == 0:
+            size[grade] = 1e300  # one cell that everything lies in
         for axis in range(3):
             # By the same product as a sphere's cell is: a quotient may round to one cell less.
-            cells[octave, axis] = int(extent[axis] * (1.0 / size[octave])) + 1
-        first[octave + 1] = first[octave] + cells[octave, 0] * cells[octave, 1] * cells[octave, 2]
-    return box, level, size, cells, first
+            cells[grade, axis] = int(extent[axis] * (1.0 / size[grade])) + 1
+        first[grade + 1] = first[grade] + cells[grade, 0] * cells[grade, 1] * cells[grade, 2]
+    return box, level, reaches[:levels], size, cells, first
 
 
 @njit(cache=True, error_model="numpy")
@@ -105,12 +110,12 @@ def cell_keys(  # type: ignore[no-untyped-def]
     key = np.empty(count, np.int32)
     start = np.zeros(first[-1] + 1, np.int32)
     for i in range(count):
-        octave = level[begin + i]
-        inverse = 1.0 / size[octave]
+        grade = level[begin + i]
+        inverse = 1.0 / size[grade]
         cx = int((ball[begin + i, 0] - box[0]) * inverse)
         cy = int((ball[begin + i, 1] - box[1]) * inverse)
         cz = int((ball[begin + i, 2] - box[2]) * inverse)
-        key[i] = first[octave] + (cz * cells[octave, 1] + cy) * cells[octave, 0] + cx
+        key[i] = first[grade] + (cz * cells[grade, 1] + cy) * cells[grade, 0] + cx
         start[key[i] + 1] += 1
     for cell in range(first[-1]):
         start[cell + 1] += start[cell]
@@ -125,34 +130,41 @@ def cell_keys(  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy", inline="always")
 def append_range(  # type: ignore[no-untyped-def]
     ball: NDArray[np.float64],
+    reach: NDArray[np.float64],
     i: int,
     begin: int,
     end: int,
-    grow: float,
     neighbor: NDArray[np.int32],
     total: int,
 ):
     """Append the spheres of ``begin:end`` in reach of sphere i; written without a branch to mispredict."""
-    x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
+    x, y, z, own = ball[i, 0], ball[i, 1], ball[i, 2], reach[i]
     for candidate in range(begin, end):
         j = np.uint64(candidate)  # unsigned: no code for negative indices
         dx = x - ball[j, 0]
         dy = y - ball[j, 1]
         dz = z - ball[j, 2]
-        reach = (radius + ball[j, 3]) * grow
+        both = own + reach[j]
         neighbor[np.uint64(total)] = candidate
-        total += dx * dx + dy * dy + dz * dz < reach * reach
+        total += dx * dx + dy * dy + dz * dz < both * both
     return total
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def beyond(value: float, low: float, width: float) -> float:
+    """Return how far a coordinate is outside of ``low`` to ``low + width``, 0 inside."""
+    return max(low - value, value - low - width, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
 def fill_list(
     ball: NDArray[np.float64],
+    reach: NDArray[np.float64],
     moving: int,
     owners: int,
-    skin: float,
     box: NDArray[np.float64],
     level: NDArray[np.int8],
+    reaches: NDArray[np.float64],
     size: NDArray[np.float64],
     cells: NDArray[np.int64],
     first: NDArray[np.int64],
@@ -165,11 +177,12 @@ def fill_list(
 
     Args:
         ball: Centres and radii [m], shape (N, 4), sorted.
+        reach: A pair is listed when closer than the sum of these [m], shape (N,), sorted.
         moving: How many of them move.
         owners: How many can own pairs: the moving ones, or all where there is more than one level.
-        skin: A pair is listed when closer than (1 + skin / 2) times the sum of its radii.
         box: Of ``level_grids``.
         level: Of ``level_grids``, in sorted order.
+        reaches: Of ``level_grids``.
         size: Of ``level_grids``.
         cells: Of ``level_grids``.
         first: Of ``level_grids``.
@@ -181,54 +194,67 @@ def fill_list(
     Returns:
         Number of pairs, or -1 where ``neighbor`` is too short.
     """
-    grow = 1.0 + 0.5 * skin
     total = 0
     capacity = len(neighbor)
+    levels = len(size)
     for i in range(owners):
         begin[i] = total
         own = level[i]
+        x, y, z = ball[i, 0], ball[i, 1], ball[i, 2]
         fixed_owner = i >= moving
-        for octave in range(own, -1, -1):
-            if fixed_owner and octave == own:
+        for grade in range(own + fixed_owner, levels):
+            some_move = start_moving[first[grade]] < start_moving[first[grade + 1]]
+            some_rest = not fixed_owner and start_fixed[first[grade]] < start_fixed[first[grade + 1]]
+            if not (some_move or some_rest):
                 continue
-            if start_moving[first[octave]] == start_moving[first[octave + 1]] and fixed_owner:
-                continue
-            nx, ny, nz = cells[octave, 0], cells[octave, 1], cells[octave, 2]
-            inverse = 1.0 / size[octave]
-            cx = int((ball[i, 0] - box[0]) * inverse)
-            cy = int((ball[i, 1] - box[1]) * inverse)
-            cz = int((ball[i, 2] - box[2]) * inverse)
-            x_low, x_high = max(cx - 1, 0), min(cx + 1, nx - 1)
-            z_low, z_high = max(cz - 1, 0), min(cz + 1, nz - 1)
-            y_low, y_high = max(cy - 1, 0), min(cy + 1, ny - 1)
-            # Within a level half of the neighbouring cells will do: the other half owns the pair.
-            for dz in range(cz if octave == own else z_low, z_high + 1):
-                plane = first[octave] + dz * ny * nx
-                if start_moving[plane] == start_moving[plane + ny * nx]:
-                    continue
-                for dy in range(cy if octave == own and dz == cz else y_low, y_high + 1):
-                    row = plane + dy * nx
-                    low, high = start_moving[row + x_low], start_moving[row + x_high + 1]
-                    if octave == own:
-                        low = max(low, i + 1)
-                    if total + high - low >= capacity:
-                        return -1
-                    total = append_range(ball, i, low, high, grow, neighbor, total)
-            if fixed_owner:
-                continue
+            width = size[grade]
+            inverse = 1.0 / width
+            nx, ny, nz = cells[grade, 0], cells[grade, 1], cells[grade, 2]
+            both = (reach[i] + reaches[grade]) * (1.0 + 1e-9)
+            z_low, z_high = cell_range(z - box[2], both, inverse, nz)
+            y_low, y_high = cell_range(y - box[1], both, inverse, ny)
+            x_low, x_high = cell_range(x - box[0], both, inverse, nx)
+            cy, cz = 0, 0
+            if grade == own:
+                cy, cz = int((y - box[1]) * inverse), int((z - box[2]) * inverse)
             for dz in range(z_low, z_high + 1):
-                plane = first[octave] + dz * ny * nx
-                if start_fixed[plane] == start_fixed[plane + ny * nx]:
+                plane = first[grade] + dz * ny * nx
+                plane_end = plane + ny * nx
+                # Within a level half of the neighbouring cells will do: the other half owns the pair.
+                movers = dz >= cz and start_moving[plane] < start_moving[plane_end]
+                rests = some_rest and start_fixed[plane] < start_fixed[plane_end]
+                if not (movers or rests):
                     continue
+                left = both * both - beyond(z - box[2], dz * width, width) ** 2
                 for dy in range(y_low, y_high + 1):
                     row = plane + dy * nx
-                    low = moving + start_fixed[row + x_low]
-                    high = moving + start_fixed[row + x_high + 1]
-                    if total + high - low >= capacity:
-                        return -1
-                    total = append_range(ball, i, low, high, grow, neighbor, total)
+                    if grade > own:
+                        # Around a large sphere only the small ones' cells within its reach.
+                        chord = left - beyond(y - box[1], dy * width, width) ** 2
+                        if chord < 0.0:
+                            continue
+                        x_low, x_high = cell_range(x - box[0], math.sqrt(chord), inverse, nx)
+                    if movers and (dz > cz or dy >= cy):
+                        low, high = start_moving[row + x_low], start_moving[row + x_high + 1]
+                        if grade == own:
+                            low = max(low, i + 1)
+                        if total + high - low >= capacity:
+                            return -1
+                        total = append_range(ball, reach, i, low, high, neighbor, total)
+                    if rests:
+                        low = moving + start_fixed[row + x_low]
+                        high = moving + start_fixed[row + x_high + 1]
+                        if total + high - low >= capacity:
+                            return -1
+                        total = append_range(ball, reach, i, low, high, neighbor, total)
     begin[owners] = total
     return total
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def cell_range(value: float, reach: float, inverse: float, count: int) -> tuple[int, int]:
+    """Return the first and last of ``count`` cells within a reach of a coordinate."""
+    return max(int((value - reach) * inverse), 0), min(int((value + reach) * inverse), count - 1)
 
 
 @njit(cache=True, error_model="numpy")

@@ -21,7 +21,7 @@ from packgen.arrange.kernels.walls import out_of_reach, wall_gap
 def wall_candidates(
     ball: NDArray[np.float64],
     moving: int,
-    skin: float,
+    margin: NDArray[np.float64],
     kind: NDArray[np.int8],
     row: NDArray[np.float64],
     map_origin: NDArray[np.float64],
@@ -38,7 +38,7 @@ def wall_candidates(
     Args:
         ball: Centres and radii [m], shape (N, 4).
         moving: How many of them move.
-        skin: A sphere of radius r moves by less than ``skin * r / 2`` until then.
+        margin: How far each moving sphere moves at most until then [m], shape (moving,).
         kind: Kind of each feature, shape (F,).
         row: The features, shape (F, FEATURE_WIDTH).
         map_origin: Lower corner of the map of features [m], shape (3,).
@@ -67,10 +67,10 @@ def wall_candidates(
             return -1
         for k in range(low, high):
             feature = map_item[k]
-            if out_of_reach(kind[feature], row[feature], x, y, z, (1.0 + 0.5 * skin) * radius):
+            if out_of_reach(kind[feature], row[feature], x, y, z, radius + margin[i]):
                 continue
             gap = wall_gap(kind[feature], row[feature], x, y, z, radius)[0]
-            if gap < 0.5 * skin * radius:
+            if gap < margin[i]:
                 item[total] = feature
                 room[total] = gap
                 total += 1
@@ -176,7 +176,7 @@ def sweep(  # type: ignore[no-untyped-def]
     momentum: float,
     relaxation: float,
     stride: float,
-    skin: float,
+    margin: NDArray[np.float64],
 ):
     """Sink, extrapolate, push apart, and put back inside the walls, once.
 
@@ -201,7 +201,7 @@ def sweep(  # type: ignore[no-untyped-def]
         momentum: Share of the last displacement that is added again.
         relaxation: Factor on the sum of the pushes.
         stride: Largest displacement by pushes, as a fraction of the radius.
-        skin: The list holds while no sphere has moved by ``skin * radius / 2``.
+        margin: The list holds while no sphere has moved further than this [m], shape (moving,).
 
     Returns:
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list).
@@ -255,8 +255,7 @@ def sweep(  # type: ignore[no-untyped-def]
         dx = x - anchor[i, 0]
         dy = y - anchor[i, 1]
         dz = z - anchor[i, 2]
-        margin = 0.5 * skin * radius
-        if dx * dx + dy * dy + dz * dz > margin * margin:
+        if dx * dx + dy * dy + dz * dz > margin[i] * margin[i]:
             strays += 1
     return worst, strays
 

@@ -1,0 +1,164 @@
+"""Start positions in a grid: which candidates a sphere covers, and which of them keep their distance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+POINTS_A_CELL = 4.0
+
+
+@njit(cache=True, error_model="numpy")
+def point_grid(points: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]):  # type: ignore[no-untyped-def]
+    """Sort points into cells.
+
+    Args:
+        points: Points [m], shape (P, 3), inside the box along periodic axes.
+        low: Lower corner of the box [m], shape (3,); where an axis is not periodic, the points' own counts.
+        period: Length after which space repeats [m], 0 where it does not, shape (3,).
+
+    Returns:
+        (corner (3,), cell size (3,), cells along each axis (3,), first slot of each cell, points by cell).
+    """
+    count = len(points)
+    corner, extent = np.empty(3), np.empty(3)
+    for axis in range(3):
+        least, most = points[:, axis].min(), points[:, axis].max()
+        corner[axis] = low[axis] if period[axis] > 0.0 else least
+        extent[axis] = period[axis] if period[axis] > 0.0 else most - least
+    longest = max(extent[0], extent[1], extent[2], 1e-300)
+    volume = 1.0
+    for axis in range(3):
+        volume *= max(extent[axis], 1e-3 * longest)
+    width = (POINTS_A_CELL * volume / count) ** (1.0 / 3.0)
+    cells, size = np.empty(3, np.int64), np.empty(3)
+    for axis in range(3):
+        cells[axis] = max(int(extent[axis] / width), 1)
+        size[axis] = max(extent[axis], 1e-300) / cells[axis]
+    key = np.empty(count, np.int64)
+    start = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int64)
+    for p in range(count):
+        cell = 0
+        for axis in range(3):
+            place = int((points[p, axis] - corner[axis]) / size[axis])
+            cell = cell * cells[axis] + min(max(place, 0), cells[axis] - 1)
+        key[p] = cell
+        start[cell + 1] += 1
+    for cell in range(len(start) - 1):
+        start[cell + 1] += start[cell]
+    order, fill = np.empty(count, np.int64), start[:-1].copy()
+    for p in range(count):
+        order[fill[key[p]]] = p
+        fill[key[p]] += 1
+    return corner, size, cells, start, order
+
+
+@njit(cache=True, error_model="numpy")
+def mark_near(
+    center: NDArray[np.float64],
+    reach: float,
+    points: NDArray[np.float64],
+    period: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    size: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    start: NDArray[np.int64],
+    order: NDArray[np.int64],
+    mark: NDArray[np.bool_],
+) -> None:
+    """Mark the points closer to a centre than a reach [m]; the rest is of ``point_grid``."""
+    lowest, count = np.empty(3, np.int64), np.empty(3, np.int64)
+    for axis in range(3):
+        first = math.floor((center[axis] - reach - corner[axis]) / size[axis])
+        last = math.floor((center[axis] + reach - corner[axis]) / size[axis])
+        if period[axis] == 0.0:
+            # Points on the upper side are in the last cell.
+            first, last = min(max(first, 0), cells[axis] - 1), min(max(last, 0), cells[axis] - 1)
+        lowest[axis], count[axis] = first, min(last - first + 1, cells[axis])
+    for a in range(lowest[0], lowest[0] + count[0]):
+        for b in range(lowest[1], lowest[1] + count[1]):
+            row = ((a % cells[0]) * cells[1] + b % cells[1]) * cells[2]
+            for c in range(lowest[2], lowest[2] + count[2]):
+                cell = row + c % cells[2]
+                for slot in range(start[cell], start[cell + 1]):
+                    p = order[slot]
+                    square = 0.0
+                    for axis in range(3):
+                        away = points[p, axis] - center[axis]
+                        if period[axis] > 0.0:
+                            away -= period[axis] * np.rint(away / period[axis])
+                        square += away * away
+                    if square < reach * reach:
+                        mark[p] = True
+
+
+@njit(cache=True, error_model="numpy")
+def close_points(
+    position: NDArray[np.float64],
+    reach: NDArray[np.float64],
+    closed: NDArray[np.bool_],
+    points: NDArray[np.float64],
+    period: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    size: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    start: NDArray[np.int64],
+    order: NDArray[np.int64],
+) -> None:
+    """Close the points within the reach [m] of any of some centres (S, 3); the rest as for ``mark_near``."""
+    for i in range(len(position)):
+        mark_near(position[i], reach[i], points, period, corner, size, cells, start, order, closed)
+
+
+@njit(cache=True, error_model="numpy")
+def pick_apart(
+    candidates: NDArray[np.int64],
+    wanted: int,
+    apart: float,
+    points: NDArray[np.float64],
+    period: NDArray[np.float64],
+    corner: NDArray[np.float64],
+    size: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    start: NDArray[np.int64],
+    order: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Return the first candidates that are ``apart`` [m] from each other, by random sequential addition.
+
+    Where there is room for fewer than are wanted, the first of the others follow them.
+
+    Args:
+        candidates: Points to choose from, in random order.
+        wanted: How many.
+        apart: Distance [m].
+        points: All points [m], shape (P, 3).
+        period: As ``point_grid`` takes it.
+        corner: Of ``point_grid``.
+        size: Of ``point_grid``.
+        cells: Of ``point_grid``.
+        start: Of ``point_grid``.
+        order: Of ``point_grid``.
+
+    Returns:
+        Chosen points, at most ``wanted``.
+    """
+    blocked = np.zeros(len(points), np.bool_)
+    chosen = np.empty(min(wanted, len(candidates)), np.int64)
+    rest = np.empty(len(candidates), np.int64)
+    count, others = 0, 0
+    for p in candidates:
+        if count == wanted:
+            break
+        if blocked[p]:
+            rest[others] = p
+            others += 1
+        else:
+            chosen[count] = p
+            count += 1
+            mark_near(points[p], apart, points, period, corner, size, cells, start, order, blocked)
+    for k in range(min(others, len(chosen) - count)):
+        chosen[count + k] = rest[k]
+    return chosen
