@@ -20,6 +20,7 @@ from packgen.bed import Bed
 
 # Both programs sort spheres by bins of half the neighbour distance and stop beyond 2^31 of them.
 SORT_BINS_MAX = 1.0e8
+SPHERES_AT_A_TIME = 65536  # written: the bed is never copied as a whole
 HEAD_ROOM = 0.25  # of the container's height, above an open rim: what a run may throw up is not lost
 
 Float64Array = NDArray[np.float64]
@@ -79,6 +80,15 @@ def write_data(bed: Bed, path: Path, types: Types, box: Float64Array) -> Path:
         f"{low!r} {high!r} {axis}lo {axis}hi" for axis, (low, high) in zip("xyz", box.T.tolist(), strict=True)
     ]
     lines += ["", "Atoms", ""]
-    sphere_type = np.array(types.by_set, dtype=np.int64)[bed.set_index]
-    columns = [table.ids(bed), sphere_type, 2 * bed.radius, bed.density, *bed.position.T]
-    return table.write_rows(path, columns, head="\n".join(lines) + "\n")
+    head = "\n".join(lines) + "\n"
+    density = np.array([each.density for each in bed.particle_sets], dtype=np.float64)
+    sphere_type = np.array(types.by_set, dtype=np.int64)
+    for start in range(0, bed.count, SPHERES_AT_A_TIME):
+        stop = min(start + SPHERES_AT_A_TIME, bed.count)
+        set_index, position = bed.set_index[start:stop], bed.position[start:stop]
+        columns = [
+            np.arange(start + 1, stop + 1), sphere_type[set_index], 2 * bed.radius[start:stop],
+            density[set_index], *position.T,
+        ]  # fmt: skip
+        table.write_rows(path, columns, head="" if start else head, append=start > 0)
+    return path
