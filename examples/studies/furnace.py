@@ -20,7 +20,7 @@ from packgen.scene import load_scene
 
 NAME = "furnace"
 SCENE = study.EXAMPLES / "furnace.yaml"
-ADAM_SPHERES = 500
+ADAM_SPHERES = 1000
 
 
 def measure(options: argparse.Namespace) -> list[study.Row]:
@@ -48,7 +48,7 @@ def measure(options: argparse.Namespace) -> list[study.Row]:
 def main() -> None:
     """Read the command line, run, write."""
     parser = study.make_parser(__doc__)
-    parser.add_argument("--spheres", type=int, help="pellets of both methods (default: 500 and 430,062)")
+    parser.add_argument("--spheres", type=int, help="pellets of both methods (default: 1,000 and 430,062)")
     options = parser.parse_args()
 
     def draw(rows: list[study.Row], facts: dict[str, str], path: Path) -> None:

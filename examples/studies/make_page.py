@@ -15,6 +15,7 @@ from jinja2 import StrictUndefined, Template
 PAGE = Path(__file__).resolve().parent / "README.md"
 TEMPLATE = PAGE.with_name("page.md.j2")
 FURNACE_SPHERES = 430_062
+NEAR = 0.02  # objectives that differ by less are as good as each other
 LOAD_MAX = 0.7  # processes that wait for a core before a study whose times count
 FURNACE_SECONDS = 31 * 3600 + 11 * 60
 
@@ -82,7 +83,15 @@ def learning_rate(rows: list[study.Row]) -> str:
             f"{last['seconds']:.2g}",
         ]
         body.append([name, *cells])
-    return table(["learning rate", "steps", "best objective", "mean overlap [radii]", "time [s]"], body)
+    ends = [group[-1] for group in study.grouped(rows, "setting").values() if group[-1]["step"] is not None]
+    lowest = min(ends, key=lambda row: row["best"])
+    near = [row for row in ends if row["best"] <= (1.0 + NEAR) * lowest["best"]]
+    quickest = min(near, key=lambda row: row["step"])
+    return (
+        table(["learning rate", "steps", "best objective", "mean overlap [radii]", "time [s]"], body)
+        + f"\n\nLowest of adam's: {lowest['setting']}. Of those within {100 * NEAR:g} % of it, "
+        f"{quickest['setting']} takes the fewest steps."
+    )
 
 
 def core_density(rows: list[study.Row]) -> str:
