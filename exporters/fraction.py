@@ -23,9 +23,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from exporters import cells, deck, table
-from packgen.bed import Bed
+from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
-from packgen.measure.images import with_images
 
 NAME = "fraction"
 CELL_DIAMETERS = 3.0  # of the mean diameter: what unresolved CFD-DEM asks of a cell at least

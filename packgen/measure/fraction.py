@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import Bed, with_images
 from packgen.measure.core import Core, find_core
-from packgen.measure.images import with_images
 from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
 
 TOP_SHARE = 0.95

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import Bed, with_images
 from packgen.measure.fraction import against_gravity
-from packgen.measure.images import with_images
 from packgen.measure.volumes import container_volume_below, mean_diameter, sphere_volume, volume_below
 
 SLABS_MAX = 60

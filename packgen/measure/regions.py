@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import Bed, with_images
 from packgen.measure.core import Core
 from packgen.measure.fraction import solid_volume
-from packgen.measure.images import with_images
 from packgen.measure.radial import solid_in_cylinders
 from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
 
