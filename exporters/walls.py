@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from exporters import slivers
 from exporters.edges import edges_of
-from packgen.bed import Bed, Box, Cone, Container, Surface
+from packgen.bed import Bed, Box, Cone, Container, Mesh, Surface
 from packgen.errors import ExportError
 
 DEGENERATE_ANGLE = 1.0e-4  # degrees; narrower than that, single precision does not tell a facet from a line
@@ -94,7 +94,7 @@ def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> 
         triangles=vertices[kept],
         dropped=len(faces) - len(kept),
         open_edges=int((use == 1).sum()),
-        smooth_angle=smooth_angle(Surface(vertices, kept)),
+        smooth_angle=smooth_angle(Surface(vertices, kept), _on_sheets(container, vertices, kept)),
     )
 
 
@@ -131,21 +131,41 @@ def smallest_angles(vertices: Float64Array, faces: NDArray[np.int64]) -> Float64
     return angle
 
 
-def smooth_angle(surface: Surface) -> float:
+def _on_sheets(container: Container, vertices: Float64Array, faces: NDArray[np.int64]) -> BoolArray:
+    """Tell which facets belong to a sheet: a wall that the container's shape has with either side, (F,)."""
+    if not isinstance(container.shape, Mesh):
+        return np.zeros(len(faces), dtype=bool)
+    whole = container.shape.surface
+    _, group, count = np.unique(np.sort(whole.faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+    corners = whole.vertices[np.unique(whole.faces[count[group.reshape(-1)] == 2])]
+    places = {tuple(each) for each in corners.tolist()}
+    on_sheet = np.array([tuple(each) in places for each in vertices.tolist()], dtype=bool)
+    return np.asarray(on_sheet[faces].all(axis=1))
+
+
+def smooth_angle(surface: Surface, both_sides: BoolArray | None = None) -> float:
     """Return the angle between neighbouring facets up to which they are one smooth wall [degrees].
 
     A little more than the largest angle below 30 degrees of the hollow edges (seen from inside the
     container), yet less than the smallest angle of the edges that protrude into it.
+
+    Args:
+        surface: The facets.
+        both_sides: Which of them have spheres on either side, shape (F,): all their edges protrude from one.
     """
-    angle, protrudes = edge_angles(surface)
+    angle, protrudes = edge_angles(surface, both_sides)
     hollow = angle[~protrudes & (angle <= SMOOTH_ANGLE_MAX)]
     ridge = angle[protrudes & (angle > SMOOTH_ANGLE_DEFAULT)]
     wanted = 1.02 * float(hollow.max(initial=0.0)) + 0.05
     return max(SMOOTH_ANGLE_DEFAULT, min(wanted, 0.98 * float(ridge.min(initial=np.inf))))
 
 
-def edge_angles(surface: Surface) -> tuple[Float64Array, BoolArray]:
+def edge_angles(surface: Surface, both_sides: BoolArray | None = None) -> tuple[Float64Array, BoolArray]:
     """Return the angle between the normals of the two facets at each shared edge.
+
+    Args:
+        surface: The facets.
+        both_sides: Which of them have spheres on either side, shape (F,).
 
     Returns:
         The angles [degrees], shape (E,), and whether the edge protrudes into the volume, shape (E,).
@@ -166,6 +186,8 @@ def edge_angles(surface: Surface) -> tuple[Float64Array, BoolArray]:
     # An edge protrudes when the far corner of one facet lies outside the plane of the other.
     far = corners[second] - surface.vertices[edges[pairs, 0]][:, None]
     protrudes = np.einsum("ikj,ij->ik", far, normal[first]).sum(axis=1) > 0
+    if both_sides is not None:
+        protrudes |= both_sides[first] & both_sides[second]
     return angle, protrudes
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 
 from packgen.errors import GeometryError
 from packgen.geometry import Mesh, Polyhedron
@@ -75,8 +76,6 @@ def core_fraction(bed, radius, low, high):
     across = radius * np.sqrt(rng.random(40_000))
     angle = rng.uniform(0.0, 2.0 * math.pi, 40_000)
     points = np.column_stack([across * np.cos(angle), across * np.sin(angle), rng.uniform(low, high, 40_000)])
-    from scipy.spatial import cKDTree
-
     distance, _ = cKDTree(bed.position).query(points)
     return float(np.mean(distance < bed.radius[0]))
 
@@ -97,6 +96,20 @@ def test_broad_sizes_fill_a_u_bend(tmp_path):
              "radius_min": 0.025, "radius_max": 0.12}  # fmt: skip
     bed = run_scene(tmp_path, container, sizes).bed
     assert (4.0 / 3.0 * math.pi * bed.radius**3).sum() / bed.container.volume > 0.45
+
+
+@pytest.mark.slow
+def test_broad_sizes_are_as_dense_above_the_roof_of_a_bend_as_below_it(tmp_path):
+    container = {"path": meshes.saved(meshes.u_bend(open_top=True), tmp_path)}
+    sizes = {"radius_distribution": "lognormal", "radius_median": 0.028, "sigma": 0.25,
+             "radius_min": 0.018, "radius_max": 0.05}  # fmt: skip
+    bed = run_scene(tmp_path, container, sizes).bed
+    for arm in (-1.0, 1.0):
+        points = np.random.default_rng(0).uniform(
+            [arm - 0.15, -0.15, 0.1], [arm + 0.15, 0.15, 0.7], (20_000, 3)
+        )
+        distance, index = cKDTree(bed.position).query(points, k=16)
+        assert (distance < bed.radius[index]).any(axis=1).mean() > 0.585
 
 
 @pytest.mark.parametrize("flip", ["none", "all", "some"])

@@ -2,11 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 from exporters import slivers, walls
 from packgen.bed import Ball, Box, Cone, Mesh, Surface
 from packgen.errors import ExportError
+from tests import container_meshes as meshes
 from tests.beds import box_container, box_surface, make_container, revolved_surface
+from tests.scenes import constant, read_scene
 
 
 def read_stl(path):
@@ -38,6 +41,28 @@ def test_smooth_angle_is_below_that_of_edges_that_protrude_into_the_container():
     assert walls.smooth_angle(waist) < np.degrees(2 * np.arctan(0.05))
     belly = revolved_surface([(0, 1.0), (4, 1.2), (8, 1.0)], facets=48)
     assert walls.smooth_angle(belly) > 7.5
+
+
+def test_smooth_angle_is_below_that_of_a_curved_sheet_with_spheres_on_either_side(tmp_path):
+    # a cyclone's finder: from outside, where spheres are as well, all its edges protrude
+    pipe = trimesh.creation.cylinder(radius=0.3, height=1.0, sections=24)
+    pipe.update_faces(np.abs(pipe.face_normals[:, 2]) < 0.5)
+    drum = trimesh.creation.cylinder(radius=1.0, height=2.0, sections=48)
+    for parts, low, high in (
+        ((drum,), 7.5, 8.5),
+        ((drum, pipe), 7.5, 8.5),
+        ((drum, rounder(pipe)), 3.0, 3.76),
+    ):
+        meshes.saved(trimesh.util.concatenate(parts), tmp_path)
+        _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
+        assert low < walls.wall_facets(container).smooth_angle < high
+
+
+def rounder(pipe):
+    """The same pipe of 96 facets: flatter edges than the drum's."""
+    fine = trimesh.creation.cylinder(radius=0.3, height=1.0, sections=96)
+    fine.update_faces(np.abs(fine.face_normals[:, 2]) < 0.5)
+    return fine
 
 
 def test_facets_that_liggghts_refuses_are_left_out():
