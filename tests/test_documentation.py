@@ -20,7 +20,8 @@ SOLVERS = ("liggghts", "lammps", "yade")
 
 def solvers_of(page):
     """The solvers that a page's commands need."""
-    text = page.read_text(encoding="utf-8")
+    fences = re.findall(r"^```bash\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    text = "\n".join(fences)
     named = {solver for solver in SOLVERS if re.search(rf"{solver} -|--solver \S*{solver}", text)}
     return named | ({"liggghts"} if "--validate" in text else set())
 
