@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from packgen.measure import contacts_and_gaps, height_profile
+from packgen.measure import contacts_and_gaps, height_profile, solid_fraction
 from packgen.measure.volumes import sphere_volume
 from tests.beds import box_container, cubic_lattice, make_bed
 
@@ -34,3 +34,18 @@ def test_gaps_and_contacts_count_the_same_pairs():
         assert entry.mean == pytest.approx(2 * pairs / bed.count)
         assert sum(entry.spread) == bed.count
         assert sum(number * spheres for number, spheres in enumerate(entry.spread)) == 2 * pairs
+
+
+def test_the_profile_of_an_endless_bed_holds_all_its_spheres_and_has_no_surface():
+    rng = np.random.default_rng(0)
+    radius = rng.uniform(0.1, 0.5, 40)
+    container = box_container((-1, 2, -3), (2, 5, 1), (True, False, True))
+    bed = make_bed([-1, 2, -3] + rng.random((40, 3)) * [3, 3, 4], radius, container)
+    solid = 4.0 / 3.0 * np.pi * float((radius**3).sum())
+    profile = height_profile(bed)
+    assert (profile.height[0], profile.height[-1]) == (-3.0, 1.0)
+    parts = np.array(profile.solid_fraction) * np.diff(profile.height) * 9.0
+    assert parts.sum() == pytest.approx(solid, rel=1e-12)
+    found = solid_fraction(bed)
+    assert found.top == 1.0
+    assert found.filled == pytest.approx(solid / container.volume, rel=1e-12)
