@@ -1,4 +1,4 @@
-"""The one door through which arrays enter the project's data types."""
+"""The one door through which arrays enter the project's data types, and what they are asked everywhere."""
 
 from __future__ import annotations
 
@@ -37,3 +37,23 @@ def read_only(value: Any, dtype: type[np.generic], shape: tuple[int | None, ...]
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+def unique_rows(rows: Float64Array | Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Return the first of each kind of rows, and the kind of each row; kinds in rising order.
+
+    What ``numpy.unique(axis=0)`` returns, several times as fast: columns are sorted, not rows as bytes.
+
+    Args:
+        rows: Numbers, shape (N, K).
+
+    Returns:
+        (index of the first row of each kind, shape (U,); kind of each row, shape (N,)).
+    """
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    kind = np.empty(len(rows), dtype=np.int64)
+    kind[order] = np.cumsum(new) - 1
+    return order[new].astype(np.int64), kind

@@ -20,7 +20,7 @@ from packgen.arrange.kernels.walls import (
     wall_gap,
 )
 from packgen.arrange.seams import NO_SEAMS, Seams
-from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array, unique_rows
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 
 MAP_CELLS_MAX = 300_000
@@ -146,7 +146,7 @@ def _cone_features(cone: Cone) -> list[tuple[int, Float64Array]]:
 
 def _triangle_rows(surface: Surface) -> Float64Array:
     """Return corners and inward normal of each triangle, once where a sheet has one on either side."""
-    _, first = np.unique(np.sort(surface.faces, axis=1), axis=0, return_index=True)
+    first, _ = unique_rows(np.sort(surface.faces, axis=1))
     corners = surface.vertices[surface.faces[np.sort(first)]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Float64Array
+from packgen.arrays import Float64Array, Int64Array, unique_rows
 from packgen.check.inside import inside
 from packgen.check.pieces import candidates, pieces
 from packgen.geometry import Surface
@@ -54,11 +54,13 @@ class MeshWalls:
 def _lid_corners(surface: Surface) -> Float64Array:
     """Return triangles (L, 3, 3) that close the open rims: a fan from the middle of each rim."""
     edges = surface.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    if _is_closed(edges, len(surface.vertices)):
+        return np.empty((0, 3, 3))
     # Corners are matched by position: a mesh of loose triangles has each corner several times.
-    _, corner = np.unique(surface.vertices, axis=0, return_inverse=True)
+    _, corner = unique_rows(surface.vertices)
     place = np.zeros(corner.max() + 1, dtype=np.int64)
     place[corner] = np.arange(len(corner))
-    edges = corner.reshape(-1)[edges]
+    edges = corner[edges]
     directed = {(int(a), int(b)) for a, b in edges}
     # The rim runs against the direction of the walls' open edges, so that the lid faces outward.
     following = {b: a for a, b in directed if (b, a) not in directed and a != b}
@@ -73,6 +75,12 @@ def _lid_corners(surface: Surface) -> Float64Array:
         middle = np.broadcast_to(rim.mean(axis=0), rim.shape)
         lids.append(np.stack([middle, rim, np.roll(rim, -1, axis=0)], axis=1))
     return np.concatenate(lids) if lids else np.empty((0, 3, 3))
+
+
+def _is_closed(edges: Int64Array, count: int) -> bool:
+    """Tell whether every directed edge (E, 2) between ``count`` corners runs the other way as well."""
+    along, back = (np.unique(edges[:, first] * count + edges[:, 1 - first]) for first in (0, 1))
+    return np.array_equal(along, back)
 
 
 def _point_triangle_distance(point: Float64Array, corners: Float64Array) -> Float64Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
@@ -29,15 +31,42 @@ def enclosed_volume(vertices: Float64Array, faces: np.ndarray) -> float:
     return float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0)
 
 
-def convex_hull(vertices: Float64Array, place: str) -> tuple[Polyhedron | Mesh, float]:
-    """Return the convex hull of points (the paper's container, section III-B) and its volume [m3].
+@dataclass(frozen=True, eq=False, slots=True)
+class Hull:
+    """The convex hull of points.
+
+    Attributes:
+        points: The points [m], shape (V, 3).
+        middle: The middle of their bounding box [m], shape (3,).
+        found: What QHULL says of the points less their middle.
+    """
+
+    points: Float64Array
+    middle: Float64Array
+    found: ConvexHull
+
+    @property
+    def volume(self) -> float:
+        """Its volume [m3]."""
+        return float(self.found.volume)
+
+    def shape(self) -> Polyhedron | Mesh:
+        """Return its planes and triangles, or only these where it is too finely curved."""
+        used, faces = np.unique(self.found.simplices, return_inverse=True)
+        surface = _outward(Surface(self.points[used], faces.reshape(-1, 3)))
+        planes = _main_planes(self.found, self.points - self.middle)
+        if planes is None:
+            return Mesh(surface)
+        normal, offset = planes
+        return Polyhedron(normal, offset + normal @ self.middle, surface)
+
+
+def convex_hull(vertices: Float64Array, place: str) -> Hull:
+    """Return the convex hull of points (the paper's container, section III-B).
 
     Args:
         vertices: Points [m], shape (V, 3).
         place: Where the scene names them, for messages.
-
-    Returns:
-        (the hull: its planes and triangles, or only these where it is too finely curved; its volume).
 
     Raises:
         GeometryError: The points lie in a plane.
@@ -52,13 +81,7 @@ def convex_hull(vertices: Float64Array, place: str) -> tuple[Polyhedron | Mesh, 
         flat = True
     if flat:
         raise GeometryError(f"{place}: the mesh is flat: its corners span no volume")
-    used, faces = np.unique(hull.simplices, return_inverse=True)
-    surface = _outward(Surface(vertices[used], faces.reshape(-1, 3)))
-    planes = _main_planes(hull, centred)
-    if planes is None:
-        return Mesh(surface), float(hull.volume)
-    normal, offset = planes
-    return Polyhedron(normal, offset + normal @ middle, surface), float(hull.volume)
+    return Hull(vertices, middle, hull)
 
 
 def _main_planes(hull: ConvexHull, vertices: Float64Array) -> tuple[Float64Array, Float64Array] | None:

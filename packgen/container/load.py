@@ -125,18 +125,20 @@ def _mesh(
     surface, mended = read_surface(spec.path, spec.scale, place)
     for sentence in mended:
         warn(f"{spec.path.name}: {sentence}")
-    hull, hull_volume = convex_hull(surface.vertices, place)
+    hull = convex_hull(surface.vertices, place)
     if spec.shape == "convex_hull":
-        return hull, hull.surface, hull_volume
+        shape = hull.shape()
+        return shape, shape.surface, hull.volume
     vessel = _vessel(stitched(surface), up, place, spec.path.name)
     if vessel.turned:
         warn(f"{spec.path.name}: {vessel.turned} facets turned to agree with their neighbours")
     for sentence in vessel.notes:
         warn(f"{spec.path.name}: {sentence}")
     simple = vessel.shells == 1 and vessel.sheets == 0
-    convex = simple and is_convex(vessel.closed, hull_volume, vessel.volume)
-    if convex and isinstance(hull, Polyhedron):
-        return Polyhedron(hull.normal, hull.offset, vessel.walls), vessel.walls, hull_volume
+    if simple and is_convex(vessel.closed, hull.volume, vessel.volume):
+        shape = hull.shape()
+        if isinstance(shape, Polyhedron):
+            return Polyhedron(shape.normal, shape.offset, vessel.walls), vessel.walls, hull.volume
     return Mesh(vessel.closed), vessel.walls, vessel.volume
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int64Array, unique_rows
 from packgen.errors import GeometryError
 from packgen.geometry import Surface
 
@@ -148,8 +148,8 @@ def clean_surface(vertices: Float64Array, faces: Int64Array) -> tuple[Surface, t
     extent = float(np.ptp(vertices[faces.ravel()], axis=0).max())
     # Corners of an STL are float32: those that agree to its rounding are one corner.
     grid = max(extent, 1e-300) * 1e-9
-    _, keep, back = np.unique(np.round(vertices / grid), axis=0, return_index=True, return_inverse=True)
-    vertices, faces = vertices[keep], back.reshape(-1)[faces]
+    keep, back = unique_rows(np.round(vertices / grid))
+    vertices, faces = vertices[keep], back[faces]
     corners = vertices[faces]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
@@ -159,7 +159,7 @@ def clean_surface(vertices: Float64Array, faces: Int64Array) -> tuple[Surface, t
     if flat.any():
         mended.append(f"{int(flat.sum())} degenerate facets (no area) removed")
         faces = faces[~flat]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    first, _ = unique_rows(np.sort(faces, axis=1))
     if len(first) < len(faces):
         mended.append(f"{len(faces) - len(first)} repeated facets removed")
         faces = faces[np.sort(first)]

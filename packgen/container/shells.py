@@ -14,9 +14,15 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int64Array, unique_rows
 from packgen.container.convex import enclosed_volume
-from packgen.container.topology import Rim, boundary_edges, capped, find_rim, with_consistent_winding
+from packgen.container.topology import (
+    Rim,
+    boundary_edges,
+    capped,
+    find_rim,
+    with_consistent_winding,
+)
 from packgen.geometry import Surface
 
 SAMPLES = 48
@@ -226,8 +232,8 @@ def _stacked(surfaces: list[Surface]) -> Surface:
     first = np.cumsum([0, *(len(each.vertices) for each in surfaces)])
     vertices = np.concatenate([each.vertices for each in surfaces])
     faces = np.concatenate([each.faces + start for each, start in zip(surfaces, first, strict=False)])
-    vertices, back = np.unique(vertices, axis=0, return_inverse=True)
-    return Surface(vertices, back.reshape(-1)[faces])
+    keep, back = unique_rows(vertices)
+    return Surface(vertices[keep], back[faces])
 
 
 def _is_larger(sheets: list[Surface], shells: list[_Shell]) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int64Array, unique_rows
 from packgen.errors import GeometryError
 from packgen.geometry import Surface
 
@@ -26,15 +26,15 @@ def boundary_edges(surface: Surface) -> Int64Array:
     """Return the edges that belong to one triangle only, directed as in it, shape (E, 2)."""
     faces = surface.faces
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    _, inverse, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return np.asarray(directed[count[inverse.reshape(-1)] == 1])
+    _, kind = unique_rows(np.sort(directed, axis=1))
+    return np.asarray(directed[np.bincount(kind)[kind] == 1])
 
 
 def branching_edges(surface: Surface) -> Int64Array:
     """Return the edges at which three or more triangles meet, shape (E, 2)."""
     ends = np.sort(surface.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(ends, axis=0, return_counts=True)
-    return np.asarray(edges[count > 2])
+    first, kind = unique_rows(ends)
+    return np.asarray(ends[first[np.bincount(kind) > 2]])
 
 
 def find_rim(surface: Surface, up: Float64Array) -> Rim | None:

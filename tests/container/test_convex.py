@@ -23,7 +23,8 @@ def points_of(seed, count=60):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_planes_bound_what_qhull_says(seed):
     points = points_of(seed)
-    hull, volume = convex_hull(points, "here")
+    found = convex_hull(points, "here")
+    hull, volume = found.shape(), found.volume
     assert volume == pytest.approx(ConvexHull(points).volume, rel=1e-12)
     assert np.linalg.norm(hull.normal, axis=1) == pytest.approx(1.0)
     assert (points @ hull.normal.T <= hull.offset + 1e-5 * np.ptp(points)).all()
@@ -56,7 +57,7 @@ def test_a_sphere_within_the_planes_never_cuts_a_triangle(seed, rounding):
     rng = np.random.default_rng(seed)
     mesh = trimesh.convex.convex_hull(points_of(seed, 20)).subdivide()
     vertices = mesh.vertices + rng.uniform(-1, 1, mesh.vertices.shape) * rounding * np.ptp(mesh.vertices)
-    hull, _ = convex_hull(vertices, "here")
+    hull = convex_hull(vertices, "here").shape()
     for _ in range(6):
         point = vertices[rng.integers(len(vertices), size=4)].mean(axis=0)
         room = float((hull.offset - hull.normal @ point).min())
@@ -71,7 +72,7 @@ def test_the_hulls_largest_ball_is_that_of_linear_programming():
     It lies on the diagonal at (t, t, t), where 1 - t = (3 t - 1) / sqrt(3): the radius is 1 - 1 / sqrt(3).
     """
     cube = np.array(np.meshgrid([0, 1.0], [0, 1.0], [0, 1.0])).reshape(3, -1).T
-    hull, _ = convex_hull(cube[1:], "here")  # one corner cut off: by the plane x + y + z >= 1
+    hull = convex_hull(cube[1:], "here").shape()  # one corner cut off: by the plane x + y + z >= 1
     found = linprog(
         [0, 0, 0, -1], A_ub=np.column_stack([hull.normal, np.ones(len(hull.normal))]), b_ub=hull.offset,
         bounds=[(None, None)] * 4,
@@ -92,7 +93,8 @@ def test_flat_sides_of_many_facets_are_one_plane_each(shift):
     for _ in range(5):
         mesh = mesh.subdivide()
     assert len(mesh.vertices) > EXACT_MAX
-    hull, volume = convex_hull(mesh.vertices + shift, "here")
+    found = convex_hull(mesh.vertices + shift, "here")
+    hull, volume = found.shape(), found.volume
     assert volume == pytest.approx(6.0, rel=1e-6)
     assert len(hull.normal) == 6
     assert np.abs(hull.normal).max(axis=1) == pytest.approx(1.0, abs=1e-8)
@@ -103,7 +105,8 @@ def test_flat_sides_of_many_facets_are_one_plane_each(shift):
 
 def test_a_finely_curved_hull_keeps_its_triangles():
     mesh = trimesh.creation.icosphere(subdivisions=4)
-    hull, volume = convex_hull(mesh.vertices, "here")
+    found = convex_hull(mesh.vertices, "here")
+    hull, volume = found.shape(), found.volume
     assert isinstance(hull, Mesh)
     assert volume == pytest.approx(mesh.volume, rel=1e-8)
     assert enclosed_volume(hull.surface.vertices, hull.surface.faces) == pytest.approx(volume)
@@ -111,16 +114,16 @@ def test_a_finely_curved_hull_keeps_its_triangles():
 
 def test_a_polygon_of_thousands_of_corners_does_not_take_qhull_minutes():
     mesh = trimesh.creation.cylinder(radius=0.5, height=2.0, sections=6000)
-    _, volume = convex_hull(mesh.vertices, "here")
+    volume = convex_hull(mesh.vertices, "here").volume
     assert volume == pytest.approx(mesh.volume, rel=1e-6)
 
 
 def test_a_dent_makes_a_mesh_not_convex():
     mesh = trimesh.creation.icosphere(subdivisions=2)
     whole = Surface(mesh.vertices, mesh.faces)
-    _, hull_volume = convex_hull(whole.vertices, "here")
+    hull_volume = convex_hull(whole.vertices, "here").volume
     assert is_convex(whole, hull_volume, enclosed_volume(whole.vertices, whole.faces))
     vertices = mesh.vertices.copy()
     vertices[0] *= 0.9
-    _, hull_volume = convex_hull(vertices, "here")
+    hull_volume = convex_hull(vertices, "here").volume
     assert not is_convex(Surface(vertices, mesh.faces), hull_volume, enclosed_volume(vertices, mesh.faces))
