@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from packgen.arrange.layers import LayerPlan
-from packgen.arrange.projection import Recipe
+from packgen.arrange.recipe import Recipe
 from packgen.scene import load_scene
 from tests.snippets import ROOT, Reader, blocks_of, commands_of, pages
 
@@ -104,11 +104,14 @@ def test_the_reference_is_what_schema_docstrings_and_parser_say():
 def test_the_explanation_names_todays_constants():
     text = (EXAMPLES / "guides" / "how_it_works.md").read_text(encoding="utf-8")
     recipe, plan = Recipe(), LayerPlan()
+    assert plan.first == 2.0
     for phrase in (
-        f"**layers** {plan.thickness:g} diameters thick",
-        f"{plan.reopened:g} diameters of the bed move again",
+        f"**layers** {plan.thickness:g} diameters thick, the first one on a floor twice as much",
+        f"**topmost {plan.reopened:g} diameter of the bed moves again**",
         f"In each of {recipe.sink_sweeps} sweeps", f"from {100 * recipe.sink_first:g} % of a radius",
-        f"A share of {recipe.momentum:g} of a sphere's", f"radii larger by {100 * recipe.gap:g} %",
+        f"A share of {recipe.momentum:g} of a sphere's",
+        f"During the first {recipe.grain_sweeps} sweeps", f"up to {recipe.grain:g} of its radius",
+        f"radii larger by {100 * recipe.gap:g} %",
         f"The default is {recipe.tolerance:.0e}".replace("e-0", "e-"),
     ):  # fmt: skip
         assert phrase in " ".join(text.split())

@@ -13,7 +13,8 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from packgen.arrange.projection import Recipe, settle
+from packgen.arrange.projection import settle
+from packgen.arrange.recipe import Recipe
 from packgen.arrange.walls import wall_table
 from packgen.errors import PackingError
 from packgen.geometry import Box

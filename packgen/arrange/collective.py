@@ -13,7 +13,8 @@ import numpy as np
 
 from packgen.arrange.endless import fill_at_once
 from packgen.arrange.layers import LayerPlan, fill_in_layers
-from packgen.arrange.projection import Recipe, settle
+from packgen.arrange.projection import settle
+from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import Region, make_region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.task import Progress, Task, ZoneTask
@@ -98,7 +99,7 @@ def _plan_of_size(plan: LayerPlan, batch_size: int, zone: ZoneTask, region: Regi
     """Return a plan whose layers hold about ``batch_size`` spheres at half of the region's height."""
     area = region.area(0.5 * (region.floor + region.ceiling))
     per_diameter = 0.6 * area * 2.0 * zone.supply.radius_reference / zone.supply.mean_volume
-    return replace(plan, thickness=float(np.clip(batch_size / per_diameter, 0.25, 20.0)))
+    return replace(plan, thickness=float(np.clip(batch_size / per_diameter, 0.25, 20.0)), first=1.0)
 
 
 def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, first_batch: int) -> int:

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from packgen.arrange.layers import SPARE_STARTS, STALLED_MAX, LayerReport
-from packgen.arrange.projection import Recipe, SettleStats, settle
+from packgen.arrange.projection import SettleStats, settle
+from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import Region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.starts import assign_starts

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from packgen.arrange.kernels.pairs import cell_keys, fill_list, gather, level_grids
 from packgen.arrange.kernels.sweep import sphere_overlaps, sweep, wall_candidates
 from packgen.arrange.reach import list_reach
+from packgen.arrange.recipe import Step
 from packgen.arrange.seams import SeamPairs, no_pairs, seam_pairs
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array, Int64Array
@@ -40,6 +41,9 @@ class FusedLayer:
     anchor: Float64Array = field(init=False)
     begin: Int64Array = field(init=False)
     neighbor: Int32Array = field(init=False)
+    lightness: Float64Array = field(init=False)
+    owner: Int32Array = field(init=False)
+    touching: Int32Array = field(init=False)
     wall_begin: Int64Array = field(init=False)
     wall_item: Int32Array = field(init=False)
     wall_room: Float64Array = field(init=False)
@@ -52,14 +56,14 @@ class FusedLayer:
         self.neighbor = np.empty(24 * len(self.ball) + 4096, np.int32)
         self.wall_item = np.empty(2 * self.moving + 4096, np.int32)
         self.wall_room = np.empty(len(self.wall_item))
-        self.shift = np.empty((self.moving, 3))
         self.seam = no_pairs()
         self.reference = float(self.ball[: self.moving, 3].mean()) if self.moving else 0.0
 
     def rebuild(self, skin: float) -> None:
         """Sort the spheres by cell and list their neighbours and walls anew."""
+        self._close_ranks()
         self._wrap()
-        reach = list_reach(self.ball[:, 3], skin, self.reference)
+        reach = list_reach(self.ball[:, 3], self.moving, skin, self.reference)
         box, level, reaches, size, cells, first = level_grids(self.ball, reach)
         moving = self.moving
         _, start_moving, order = cell_keys(self.ball, 0, moving, box, level, size, cells, first)
@@ -76,7 +80,7 @@ class FusedLayer:
         self.ball, self.previous, self.identity, level = out
         self.owners = moving if len(size) == 1 else len(self.ball)
         self.begin = np.empty(self.owners + 1, np.int64)
-        reach = list_reach(self.ball[:, 3], skin, self.reference)
+        reach = list_reach(self.ball[:, 3], self.moving, skin, self.reference)
         self.margin = reach[:moving] - self.ball[:moving, 3]
         while (
             fill_list(
@@ -90,6 +94,12 @@ class FusedLayer:
             self.seam = seam_pairs(self.ball, reach, moving, self.walls.seams)
         self._list_walls()
         self.anchor = self.ball[:moving, :3].copy()
+        # In proportion to one over the mass; a fixed sphere is infinitely heavy.
+        self.lightness = np.zeros(len(self.ball))
+        self.lightness[:moving] = (self.reference / self.ball[:moving, 3]) ** 3
+        self.owner = np.repeat(np.arange(self.owners, dtype=np.int32), np.diff(self.begin))
+        self.touching = np.empty(len(self.owner) + 1, np.int32)
+        self.shift = np.empty((len(self.ball), 3))
 
     def _wrap(self) -> None:
         if self.walls.seams.wraps:
@@ -112,15 +122,14 @@ class FusedLayer:
             self.wall_item = np.empty(2 * len(self.wall_item), np.int32)
             self.wall_room = np.empty(len(self.wall_item))
 
-    def sweep(
-        self, sink: Float64Array, momentum: float, relaxation: float, stride: float
-    ) -> tuple[float, int]:
+    def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Run one sweep; see ``kernels.sweep.sweep``."""
         worst, strays = sweep(
-            self.ball, self.previous, self.shift, self.anchor, self.moving, self.owners,
-            self.begin, self.neighbor, self.seam.first, self.seam.second, self.seam.offset,
-            self.wall_begin, self.wall_item, self.wall_room, self.walls.kind, self.walls.row,
-            sink, momentum, relaxation, stride, self.margin,
+            self.ball, self.previous, self.lightness, self.moving,
+            self.owner, self.neighbor, self.touching, self.shift, self.anchor, self.margin,
+            self.seam.first, self.seam.second, self.seam.offset,
+            self.wall_begin, self.wall_item, self.wall_room, self.walls.kind, self.walls.row, self.identity,
+            sink, step.momentum, step.relaxation, step.stride, step.roughness,
         )  # fmt: skip
         return float(worst), int(strays)
 
@@ -129,20 +138,24 @@ class FusedLayer:
         blame = np.empty(self.moving)
         height = -(self.ball[: self.moving, :3] @ down)
         worst = sphere_overlaps(
-            self.ball, scale, self.moving, self.owners, self.begin, self.neighbor,
+            self.ball, scale, self.moving, self.owner, self.neighbor,
             self.seam.first, self.seam.second, self.seam.offset,
             self.wall_begin, self.wall_item, self.walls.kind, self.walls.row, height, blame,
         )  # fmt: skip
         return float(worst), blame
 
-    def drop(self, out: NDArray[np.bool_]) -> None:
-        """Take moving spheres out of the layer."""
-        keep = ~out
-        self.ball = np.concatenate([self.ball[: self.moving][keep], self.ball[self.moving :]])
-        self.previous = self.previous[keep]
-        self.identity = self.identity[keep]
-        self.moving = int(keep.sum())
-        self.shift = np.empty((self.moving, 3))
+    def take_out(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of all contacts."""
+        self.ball[: self.moving][out, :3] = np.nan  # nearer than no other, never farther than a margin
+
+    def _close_ranks(self) -> None:
+        """Forget the spheres that were taken out."""
+        keep = ~np.isnan(self.ball[: self.moving, 0])
+        if not keep.all():
+            self.ball = np.concatenate([self.ball[: self.moving][keep], self.ball[self.moving :]])
+            self.previous = self.previous[keep]
+            self.identity = self.identity[keep]
+            self.moving = int(keep.sum())
 
     def positions(self) -> Float64Array:
         """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""

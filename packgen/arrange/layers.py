@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from packgen.arrange.projection import Recipe, SettleStats, settle
+from packgen.arrange.projection import SettleStats, settle
+from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import ColumnMap, Region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.starts import assign_starts
@@ -43,11 +44,14 @@ class LayerPlan:
         thickness: Thickness of a new layer.
         reopened: Depth below the surface to which spheres that came to rest move again with it.
         buffer: Depth below that to which fixed spheres are kept at hand.
+        first: Thickness of the first layer over that of the others: not to move again with the second one,
+            whose weight would squeeze more spheres onto the floor than have room there.
     """
 
-    thickness: float = 2.5
-    reopened: float = 1.25
+    thickness: float = 1.75
+    reopened: float = 1.0
     buffer: float = 1.0
+    first: float = 2.0
 
 
 class LayerReport(Protocol):
@@ -135,6 +139,11 @@ class _Zone:
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
         self.buried_tops = np.full(self.map.count, -np.inf)
         self.roofed = np.zeros(self.map.count, bool)
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the next layer [m]."""
+        return self.plan.thickness * self.diameter * (1.0 if self.started else self.plan.first)
 
     def add_layer(self, batch: int) -> tuple[int, int, int]:
         """Add one layer; return (spheres gained, spheres thrown back, spheres that were to be placed)."""
@@ -226,7 +235,8 @@ class _Zone:
     def _surface(self, front: Spheres) -> Float64Array:
         """Return the tops of the bed's columns, spheres far above the new layer left out [m]."""
         altitude = front.position @ self.region.frame[2]
-        below = altitude <= self.level + 2.0 * self.plan.thickness * self.diameter
+        highest = 1.5 * max(self.plan.first, 1.0) * self.plan.thickness * self.diameter
+        below = altitude <= self.level + highest
         tops = self.map.tops(front.position[below], front.radius[below])
         found = np.isfinite(tops)
         # A bed that ends below a zone leaves the zone to stand on its own floor.
@@ -241,10 +251,10 @@ class _Zone:
             self.roofed &= not (self.region.clearance(below_it, radius) < 0.0).all()
         open_above = found & ~self.roofed
         # What was left behind below a throat is not the surface any more.
-        open_above &= tops > self.climbed - self.plan.thickness * self.diameter
+        open_above &= tops > self.climbed - self.thickness
         if open_above.any():
             # Nor is a hollow under a roof that a column's middle misses: it would hold the level down.
-            open_above &= tops > np.median(tops[open_above]) - self.plan.thickness * self.diameter
+            open_above &= tops > np.median(tops[open_above]) - self.thickness
         level = float(np.mean(tops[open_above])) if open_above.any() else self.level
         self.level = max(level, self.climbed)
         if not found.any():
@@ -254,7 +264,7 @@ class _Zone:
 
     def _starts(self, tops: Float64Array) -> Float64Array:
         """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""
-        region, thickness = self.region, self.plan.thickness * self.diameter
+        region, thickness = self.region, self.thickness
         top = self.level + thickness
         low = max(float(tops.min()), self.level - thickness)
         least, most = region.rectangle()
@@ -267,7 +277,7 @@ class _Zone:
 
     def _open(self, points: Float64Array, tops: Float64Array) -> Float64Array:
         """Return the points above the bed and inside the walls, (n, 3); the lowest where few are wanted."""
-        region, thickness = self.region, self.plan.thickness * self.diameter
+        region, thickness = self.region, self.thickness
         own = tops[self.map.index(points)]
         height = points @ region.frame[2] - own
         clearance = region.clearance(points, self.supply.radius_reference)

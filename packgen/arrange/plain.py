@@ -9,10 +9,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from packgen.arrange.kernels.sweep import wall_candidates
+from packgen.arrange.kernels.sweep import GRAIN_PUSH, wall_candidates
 from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
 from packgen.arrange.plain_walls import feature_gaps
 from packgen.arrange.reach import list_reach
+from packgen.arrange.recipe import Step
 from packgen.arrange.seams import images
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
@@ -34,6 +35,7 @@ class PlainLayer:
 
     def rebuild(self, skin: float) -> None:
         """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
+        self._close_ranks()
         self._wrap()
         position, radius, moving = self.ball[:, :3], self.ball[:, 3], self.moving
         reach = self._reach(skin)
@@ -49,7 +51,7 @@ class PlainLayer:
         self._list_walls()
 
     def _reach(self, skin: float) -> Tensor:
-        reach = list_reach(self.ball[:, 3].cpu().numpy(), skin, self._reference)
+        reach = list_reach(self.ball[:, 3].cpu().numpy(), self.moving, skin, self._reference)
         return torch.as_tensor(reach, device=self.device)
 
     def _wrap(self) -> None:
@@ -90,6 +92,7 @@ class PlainLayer:
             item = np.empty(2 * len(item), np.int32)
             room = np.empty(len(item))
         count = np.diff(begin)
+        self.wall_count = torch.as_tensor(count, device=self.device)
         sphere = np.repeat(np.arange(self.moving), count)
         rank = np.arange(begin[-1]) - begin[sphere]
         # The fused loop puts a sphere back from one feature after the other: here rank by rank, all at once.
@@ -131,30 +134,37 @@ class PlainLayer:
         shift.index_add_(0, second[both], -((1.0 - share)[:, None] * push)[both])
         return worst, shift
 
-    def sweep(
-        self, sink: Float64Array, momentum: float, relaxation: float, stride: float
-    ) -> tuple[float, int]:
+    def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
         moving = self.moving
         here = self.ball[:moving, :3] + torch.as_tensor(sink, device=self.device)
-        self.ball[:moving, :3] = here + momentum * (here - self.previous)
+        self.ball[:moving, :3] = here + step.momentum * (here - self.previous)
         self.previous = here
         worst, shift = self._pushes()
-        shift *= relaxation
+        shift *= step.relaxation
         radius = self.ball[:moving, 3]
         length = torch.linalg.vector_norm(shift, dim=1)
-        limit = stride * radius
+        limit = step.stride * radius
         shift *= torch.where(length > limit, limit / length.clamp(min=1e-300), 1.0)[:, None]
         position = self.ball[:moving, :3] + shift
-        for _ in range(2 if len(self.wall_ranks) > 1 else 1):
-            for sphere, feature in self.wall_ranks:
-                gap, push = feature_gaps(
-                    self._kind[feature], self._row[feature], position[sphere], radius[sphere]
-                )
-                position[sphere] -= gap.clamp(max=0.0)[:, None] * push
+        self._put_back(position, radius, step.roughness)
         self.ball[:moving, :3] = position
         moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
         return worst, int((moved > self.margin).sum())
+
+    def _put_back(self, position: Tensor, radius: Tensor, roughness: float) -> None:
+        """Put spheres back inside their walls, twice where they meet several, or keep them off rough ones."""
+        number = torch.as_tensor(self.identity, dtype=torch.float64, device=self.device)
+        keep_off = roughness * radius * (number * 0.6180339887498949 % 1.0)
+        several = self.wall_count > 1
+        for ranks in (self.wall_ranks, [(s[several[s]], f[several[s]]) for s, f in self.wall_ranks]):
+            for sphere, feature in ranks:
+                gap, normal = feature_gaps(
+                    self._kind[feature], self._row[feature], position[sphere], radius[sphere]
+                )
+                rough = torch.minimum(keep_off[sphere] - gap.clamp(min=0.0), GRAIN_PUSH * radius[sphere])
+                push = (-gap).clamp(min=0.0) + rough.clamp(min=0.0)
+                position[sphere] += push[:, None] * normal
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
@@ -173,17 +183,23 @@ class PlainLayer:
         blame.scatter_reduce_(0, blamed, depth, "amax")
         for sphere, feature in self.wall_ranks:
             radius = scale * self.ball[sphere, 3]
-            gap, _ = feature_gaps(self._kind[feature], self._row[feature], self.ball[sphere, :3], radius)
-            blame.scatter_reduce_(0, sphere, (-gap / radius).clamp(min=0.0), "amax")
+            center = self.ball[sphere, :3]
+            gap, _ = feature_gaps(self._kind[feature], self._row[feature], center, radius)
+            depth = (-gap / radius).clamp(min=0.0)
+            blame.scatter_reduce_(0, sphere, depth.where(~torch.isnan(center[:, 0]), 0.0), "amax")
         worst = float(blame.max()) if moving else 0.0
         return worst, blame.cpu().numpy()
 
-    def drop(self, out: NDArray[np.bool_]) -> None:
-        """Take moving spheres out of the layer."""
-        keep = torch.as_tensor(~out, device=self.device)
+    def take_out(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of all contacts."""
+        self.ball[: self.moving][torch.as_tensor(out, device=self.device), :3] = torch.nan
+
+    def _close_ranks(self) -> None:
+        """Forget the spheres that were taken out."""
+        keep = ~torch.isnan(self.ball[: self.moving, 0])
         self.ball = torch.cat([self.ball[: self.moving][keep], self.ball[self.moving :]])
         self.previous = self.previous[keep]
-        self.identity = self.identity[~out]
+        self.identity = self.identity[keep.cpu().numpy()]
         self.moving = len(self.previous)
 
     def positions(self) -> Float64Array:

@@ -12,56 +12,11 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
+from packgen.arrange.recipe import Recipe, Step
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
-
-
-@dataclass(frozen=True, slots=True)
-class Recipe:
-    """The constants of the arrangement, all relative to radii, found by measurement (tests/benchmarks).
-
-    Attributes:
-        gap: Spheres and walls are arranged larger by this fraction: once the overlaps are below it, the true
-            spheres do not overlap at all.
-        sink_sweeps: Sweeps with a step down before each.
-        sink_first: First step, in radii; the steps shrink with the third power of the sweeps left.
-        sink_last: What they shrink to, in radii: small enough that the weight of the layer leaves no overlap.
-        momentum: Share of a sphere's last displacement that is added again.
-        relaxation: Factor on the sum of a sphere's pushes.
-        stride: Largest displacement of one sweep by pushes, in radii.
-        skin_first: Reach of the neighbour list beyond touching, at the start.
-        skin_last: The same at the end, when little moves.
-        strays: While the layer sinks, the list is renewed when this share of the spheres has outrun it.
-        strays_last: The same after the sinking; none may have when the true spheres are looked at.
-        give_up: (sweeps after the sinking, overlap): spheres deeper in another than this are thrown back.
-        sweeps_max: Sweeps after the sinking; whatever still overlaps then is thrown back.
-        retry: Sweeps until what then still overlaps is thrown back, and so on.
-        throw_share: Largest share of the layer's spheres that is thrown back at a time.
-        tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: stop after
-            the sinking, whatever overlaps.
-    """
-
-    gap: float = 2.0e-4
-    sink_sweeps: int = 150
-    sink_first: float = 0.015
-    sink_last: float = 5.0e-5
-    momentum: float = 0.9
-    relaxation: float = 1.0
-    stride: float = 0.2
-    skin_first: float = 0.8
-    skin_last: float = 0.3
-    strays: float = 0.1
-    strays_last: float = 0.01
-    give_up: tuple[tuple[int, float], ...] = ((10, 0.1), (20, 0.03), (30, 0.01), (45, 0.003))
-    sweeps_max: int = 70
-    retry: int = 15
-    throw_share: float = 0.05
-    tolerance: float | None = 1.0e-6
-
-    def fall(self, number: int) -> float:
-        """Return the step down before a sweep, in radii."""
-        return self.sink_last + self.sink_first * (1.0 - number / self.sink_sweeps) ** 3
 
 
 @dataclass(slots=True)
@@ -75,7 +30,12 @@ class SettleStats:
 
 
 class Layer(Protocol):
-    """A layer of spheres under arrangement: what the fused CPU loops and the plain torch form both offer."""
+    """A layer of spheres under arrangement: what the fused CPU loops and the plain torch form both offer.
+
+    Attributes:
+        moving: How many spheres move; those taken out count until the next rebuild.
+        identity: Place of each moving sphere in the order given, shape (moving,).
+    """
 
     moving: int
     identity: Int64Array
@@ -83,19 +43,20 @@ class Layer(Protocol):
     def rebuild(self, skin: float) -> None:
         """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
 
-    def sweep(
-        self, sink: Float64Array, momentum: float, relaxation: float, stride: float
-    ) -> tuple[float, int]:
+    def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
 
-    def drop(self, out: NDArray[np.bool_]) -> None:
-        """Take moving spheres out of the layer."""
+    def take_out(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of all contacts."""
 
     def positions(self) -> Float64Array:
-        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
+        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3).
+
+        Those taken out since the last rebuild are not numbers.
+        """
 
 
 def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str) -> Layer:
@@ -141,9 +102,12 @@ def settle(
     reference = float(np.mean(arranged[:moving, 3])) if moving else 0.0
     _relax(layer, reference, down, recipe, stats or SettleStats(), sink)
     position = ball[:moving, :3].copy()
+    found = layer.positions()
+    still_in = ~np.isnan(found[:, 0])
+    place = layer.identity[still_in]
     kept = np.zeros(moving, bool)
-    kept[layer.identity] = True
-    position[layer.identity] = layer.positions()
+    kept[place] = True
+    position[place] = found[still_in]
     return position, kept
 
 
@@ -151,69 +115,55 @@ def _relax(
     layer: Layer, reference: float, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool
 ) -> None:
     stats.moving += layer.moving
-    sweeps = recipe.sink_sweeps if sink else 0
-    give_up = dict(recipe.give_up)
-    still = np.zeros(3)
-    strays, skin = layer.moving, recipe.skin_first
-    number = 0
+    number = 0 if sink else recipe.part_first
+    strays = layer.moving
+    tolerance = recipe.tolerance or 0.0
     while layer.moving:
-        sinking = number < sweeps
+        sinking = sink and number < recipe.sink_sweeps
         if not sinking and recipe.tolerance is None:
             return
-        # While all is in motion, a contact seen a few sweeps late does no harm.
-        if strays > (recipe.strays if sinking else recipe.strays_last) * layer.moving:
-            share = min(1.0, number / max(sweeps, 1))
-            skin = recipe.skin_first + (recipe.skin_last - recipe.skin_first) * share
+        skin, allowed = recipe.list_rule(number)
+        if strays > allowed * layer.moving:
             layer.rebuild(skin)
             stats.rebuilds += 1
-        fall = down * (reference * recipe.fall(number)) if sinking else still
-        worst, strays = layer.sweep(fall, recipe.momentum, recipe.relaxation, recipe.stride)
+        fall = down * (reference * recipe.fall(number) if sink else 0.0)
+        roughness = recipe.roughness(number) if sink else 0.0
+        step = Step(recipe.momentum, recipe.relaxation, recipe.stride, roughness)
+        worst, strays = layer.sweep(fall, step)
         number += 1
         stats.sweeps += 1
-        if sinking:
+        limit = None if recipe.tolerance is None else recipe.too_much(number)
+        if limit is None and (sinking or worst > 2.5 * (recipe.gap + tolerance)):
             continue
-        strays, done = _end_game(layer, number - sweeps, worst, strays, skin, give_up, down, recipe, stats)
-        if done:
+        if strays and not sinking:
+            layer.rebuild(skin)
+            stats.rebuilds += 1
+            strays = 0
+        largest, blame = layer.overlaps(1.0 / (1.0 + recipe.gap), down)
+        # Just below the tolerance: the independent check rounds differently.
+        least = 0.99 * tolerance
+        if largest <= least and not sinking:
             return
+        if limit is not None:
+            stats.thrown_back += _throw_back(layer, blame, max(limit, least), reference, recipe)
 
 
-def _end_game(
-    layer: Layer,
-    spent: int,
-    worst: float,
-    strays: int,
-    skin: float,
-    give_up: dict[int, float],
-    down: Float64Array,
-    recipe: Recipe,
-    stats: SettleStats,
-) -> tuple[int, bool]:
-    """Look whether the true spheres overlap, and throw hopeless ones back.
+def _throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float, recipe: Recipe) -> int:
+    """Take spheres out of the layer that overlap by more than a limit; return how many.
 
-    Returns:
-        (spheres that have outrun the neighbour list, whether the layer is done).
+    Of several that are squeezed together only the worst: its place is often enough for the others.
     """
-    assert recipe.tolerance is not None
-    limit = give_up.get(spent)
-    if spent >= recipe.sweeps_max and (spent - recipe.sweeps_max) % recipe.retry == 0:
-        limit = 0.0
-    if worst > 2.5 * (recipe.gap + recipe.tolerance) and limit is None:
-        return strays, False
-    if strays:
-        layer.rebuild(skin)
-        stats.rebuilds += 1
-    largest, blame = layer.overlaps(1.0 / (1.0 + recipe.gap), down)
-    # Just below the tolerance: the independent check rounds differently.
-    allowed = 0.99 * recipe.tolerance
-    if largest <= allowed:
-        return 0, True
-    out = blame > max(limit, allowed) if limit is not None else np.zeros(len(blame), bool)
-    if not out.any():
-        return 0, False
+    out = np.flatnonzero(blame > limit)
+    if len(out) == 0:
+        return 0
+    near = cKDTree(layer.positions()[out]).query_pairs(4.0 * reference, output_type="ndarray")
+    first, second = near[:, 0], near[:, 1]
+    worst = np.ones(len(out), bool)
+    worst[np.where(blame[out[first]] < blame[out[second]], first, second)] = False
+    out = out[worst]
+    # Of a layer that is overfull nearly all overlap, but not nearly all have to go.
     most = math.ceil(recipe.throw_share * layer.moving)
-    if out.sum() > most:
-        # A layer that is overfull: nearly all overlap, but not nearly all have to go.
-        out[np.argsort(-blame, kind="stable")[most:]] = False
-    stats.thrown_back += int(out.sum())
-    layer.drop(out)
-    return layer.moving, layer.moving == 0
+    chosen = np.zeros(len(blame), bool)
+    chosen[out[np.argsort(-blame[out], kind="stable")[:most]]] = True
+    layer.take_out(chosen)
+    return int(chosen.sum())

@@ -12,6 +12,7 @@ from packgen.arrange.fused import FusedLayer
 from packgen.arrange.kernels.walls import BALL, CENTER_PLANE, CONE, PLANE, TRIANGLE, wall_gap
 from packgen.arrange.plain import PlainLayer
 from packgen.arrange.reach import list_reach
+from packgen.arrange.recipe import Step
 from packgen.arrange.walls import wall_table
 from packgen.geometry import Ball, Box, Cone, Mesh, Slice
 from tests.beds import box_surface
@@ -73,7 +74,7 @@ def test_the_neighbour_list_is_that_of_brute_force(crowd):
     position, radius = layer.ball[:, :3], layer.ball[:, 3]
     first, second = np.triu_indices(len(ball), 1)
     distance = np.linalg.norm(position[first] - position[second], axis=1)
-    each = list_reach(radius, skin, layer.reference)
+    each = list_reach(radius, moving, skin, layer.reference)
     reach = each[first] + each[second]
     for slack, are_subset in ((-1e-9, True), (1e-9, False)):
         near = (distance < reach * (1.0 + slack)) & (first < moving)
@@ -107,7 +108,8 @@ def test_the_fused_loops_equal_the_plain_torch_form_to_rounding(shapes, ratio):
             for layer in layers:
                 layer.rebuild(0.8)
         fall = DOWN * 0.06 * 0.02 if number < 6 else 0.0 * DOWN
-        fused, plain = (layer.sweep(fall, 0.8, 1.0, 0.2) for layer in layers)
+        roughness = max(0.0, 0.5 - 0.1 * number)
+        fused, plain = (layer.sweep(fall, Step(0.8, 1.0, 0.2, roughness)) for layer in layers)
         assert fused[0] == pytest.approx(plain[0], rel=1e-9)
         assert fused[1] == plain[1]
     for layer in layers:
@@ -130,7 +132,7 @@ def test_a_pair_is_parted_by_its_masses_and_a_fixed_sphere_stays(layer_type):
         FusedLayer(ball.copy(), 2, walls) if layer_type == "fused" else PlainLayer(ball, 2, walls, "torch")
     )
     layer.rebuild(0.5)
-    worst, _ = layer.sweep(0.0 * DOWN, 0.0, 1.0, 0.2)
+    worst, _ = layer.sweep(0.0 * DOWN, Step(0.0, 1.0, 0.2))
     assert worst == pytest.approx(0.1)
     moved = layer.positions()[np.argsort(layer.identity)] - ball[:2, :3]
     assert moved == pytest.approx(np.array([[-0.1 * 8 / 9, 0, 0], [0.1 / 9, 0, 0]]))

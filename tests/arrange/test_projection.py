@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from packgen.arrange.projection import Recipe, SettleStats, settle
+from packgen.arrange.projection import SettleStats, settle
+from packgen.arrange.recipe import Recipe
 from packgen.arrange.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
 

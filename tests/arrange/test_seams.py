@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from packgen.arrange.fused import FusedLayer
 from packgen.arrange.plain import PlainLayer
-from packgen.arrange.projection import Recipe, settle
+from packgen.arrange.projection import settle
 from packgen.arrange.reach import list_reach
+from packgen.arrange.recipe import Recipe, Step
 from packgen.arrange.seams import NO_SEAMS, Seams, seam_pairs
 from packgen.arrange.walls import wall_table
 from packgen.geometry import Box
@@ -37,7 +38,7 @@ def test_the_pairs_across_seams_are_those_of_brute_force(axes, seed, ratio, skin
     seams = Seams(np.full(3, far), period)
     position = seams.low + rng.random((count, 3)) * [4.0, 5.0, 9.0]
     moving = int(rng.integers(0, count + 1))
-    reach = list_reach(radius, skin, 1.0)
+    reach = list_reach(radius, moving, skin, 1.0)
     found = seam_pairs(np.column_stack([position, radius]), reach, moving, seams)
     listed = sorted(
         (min(i, j), max(i, j), *np.round(np.sign(j - i) * offset + 0.0, 6))
@@ -69,11 +70,11 @@ def test_the_fused_loops_equal_the_plain_torch_form_across_seams(axes, ratio):
             for layer in layers:
                 layer.rebuild(0.8)
         fall = DOWN * 0.06 * 0.02 if number < 6 else 0.0 * DOWN
-        fused, plain = (layer.sweep(fall, 0.8, 1.0, 0.2) for layer in layers)
+        fused, plain = (layer.sweep(fall, Step(0.8, 1.0, 0.2)) for layer in layers)
         assert fused[0] == pytest.approx(plain[0], rel=1e-9)
         assert fused[1] == plain[1]
     for layer in layers:
-        layer.rebuild(0.8)
+        layer.rebuild(1.6)
     assert len(layers[0].seam.first) > 0
     (fused, fused_blame), (plain, plain_blame) = (layer.overlaps(1.02, ASKEW) for layer in layers)
     assert fused == pytest.approx(plain, rel=1e-9)
@@ -95,7 +96,7 @@ def test_a_pair_across_a_corner_is_parted_by_its_masses_and_the_smaller_one_is_b
     worst, blame = layer.overlaps(1.0, DOWN)
     assert worst == pytest.approx(0.06)
     assert blame[np.argsort(layer.identity)] == pytest.approx([0.06, 0.0]), "the smaller one goes"
-    worst, _ = layer.sweep(0.0 * DOWN, 0.0, 1.0, 0.2)
+    worst, _ = layer.sweep(0.0 * DOWN, Step(0.0, 1.0, 0.2))
     assert worst == pytest.approx(0.06)
     moved = layer.positions()[np.argsort(layer.identity)] - ball[:2, :3]
     moved -= np.round(moved)
@@ -139,3 +140,35 @@ def test_a_tree_measures_across_the_seams():
     distance, index = tree.query(seams.placed(np.array([[-0.9, 7.0, 3.9]])))
     assert distance == pytest.approx([np.sqrt(0.2**2 + 0.2**2)])
     assert index == [0]
+
+
+@pytest.mark.parametrize("form", ["fused", "plain"])
+def test_a_sphere_taken_out_touches_nothing_neither_across_a_seam_nor_a_wall(form):
+    rng = np.random.default_rng(8)
+    ball = np.column_stack([rng.random((120, 3)), np.full(120, 0.1)])
+    walls = walls_of(Seams(np.zeros(3), np.array([1.0, 0.0, 0.0])), radius_max=0.1)
+    out = rng.random(80) < 0.4
+
+    def run(spheres, moving, taken):
+        layer = (
+            FusedLayer(spheres.copy(), moving, walls)
+            if form == "fused"
+            else PlainLayer(spheres, moving, walls, "torch")
+        )
+        layer.rebuild(0.8)
+        layer.take_out(taken[layer.identity])
+        results = [layer.sweep(DOWN * 1e-3, Step(0.8, 1.0, 0.2, 0.3)) for _ in range(3)]
+        overlaps = layer.overlaps(1.0, ASKEW)[0]
+        layer.rebuild(0.8)
+        position = np.full((moving, 3), np.nan)
+        position[layer.identity] = layer.positions()
+        return results, overlaps, position
+
+    taken = run(ball, 80, out)
+    assert np.isnan(taken[2][out]).all()
+    # As if they had never been; the others keep their numbers, by which walls are rough to them.
+    away = ball.copy()
+    away[:80][out, 1] = 500.0 + 3.0 * np.arange(out.sum())
+    never = run(away, 80, np.zeros(80, bool))
+    assert np.allclose(taken[2][~out], never[2][~out], rtol=0.0, atol=1e-12)
+    assert [worst for worst, _ in taken[0]] == pytest.approx([worst for worst, _ in never[0]])

@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 @njit(cache=True, error_model="numpy")
 def push_seam_pairs(
     ball: NDArray[np.float64],
-    moving: int,
+    lightness: NDArray[np.float64],
     first: NDArray[np.int32],
     second: NDArray[np.int32],
     offset: NDArray[np.float64],
     shift: NDArray[np.float64],
 ) -> float:
-    """Add the pushes of overlaps across the seams to those of ``sweep.push_pairs``.
+    """Add the pushes of overlaps across the seams to those of ``pushes.push_pairs``.
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
-        moving: The first so many spheres move.
+        lightness: Share of a push that each sphere takes; see ``push_pairs``.
         first: One sphere of each pair.
         second: The other one.
         offset: What takes the second one to its image near the first [m], shape (P, 3).
-        shift: Sum of the pushes on each moving sphere [m], shape (moving, 3); grows.
+        shift: Sum of the pushes on each sphere [m], shape (N, 3); grows.
 
     Returns:
         Largest overlap as a fraction of the smaller radius.
@@ -39,7 +39,7 @@ def push_seam_pairs(
         dz = ball[i, 2] - (ball[j, 2] + offset[k, 2])
         reach = ball[i, 3] + ball[j, 3]
         square = dx * dx + dy * dy + dz * dz
-        if square >= reach * reach:
+        if not square < reach * reach:  # nor of one that was taken out, which is not a number
             continue
         distance = math.sqrt(square)
         overlap = reach - distance
@@ -49,20 +49,14 @@ def push_seam_pairs(
             angle = 2.399963229728653 * (i + j)
             dx, dy, dz = math.cos(angle), math.sin(angle), 0.5 - (i & 1)
             distance = math.sqrt(1.25)
-        mass_first, mass_second = ball[i, 3] ** 3, ball[j, 3] ** 3
-        if j >= moving:
-            mass_first = 0.0
-        elif i >= moving:
-            mass_second = 0.0
-        push = overlap / (distance * (mass_first + mass_second))
-        if i < moving:
-            shift[i, 0] += push * mass_second * dx
-            shift[i, 1] += push * mass_second * dy
-            shift[i, 2] += push * mass_second * dz
-        if j < moving:
-            shift[j, 0] -= push * mass_first * dx
-            shift[j, 1] -= push * mass_first * dy
-            shift[j, 2] -= push * mass_first * dz
+        push = overlap / (distance * (lightness[i] + lightness[j]))
+        own, back = push * lightness[i], push * lightness[j]
+        shift[i, 0] += own * dx
+        shift[i, 1] += own * dy
+        shift[i, 2] += own * dz
+        shift[j, 0] -= back * dx
+        shift[j, 1] -= back * dy
+        shift[j, 2] -= back * dz
     return worst
 
 

@@ -13,8 +13,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from packgen.arrange.kernels.pushes import push_pairs, touching_pairs
 from packgen.arrange.kernels.seams import blamed_sphere, push_seam_pairs, seam_overlaps
 from packgen.arrange.kernels.walls import out_of_reach, wall_gap
+
+GRAIN_PUSH = 0.1
+"""Largest push of a wall's roughness, in radii: gentle, for a sphere between two walls must not pass one."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -78,92 +82,24 @@ def wall_candidates(
     return total
 
 
-@njit(cache=True, error_model="numpy")
-def push_pairs(
-    ball: NDArray[np.float64],
-    moving: int,
-    owners: int,
-    begin: NDArray[np.int64],
-    neighbor: NDArray[np.int32],
-    shift: NDArray[np.float64],
-) -> float:
-    """Add up the pushes of all listed overlaps.
-
-    Args:
-        ball: Centres and radii [m], shape (N, 4).
-        moving: The first so many spheres move.
-        owners: The first so many spheres own pairs.
-        begin: First list entry of each owner, shape (owners + 1,).
-        neighbor: The other sphere of each pair.
-        shift: Out: sum of the pushes on each moving sphere [m], shape (moving, 3).
-
-    Returns:
-        Largest overlap as a fraction of the smaller radius.
-    """
-    worst = 0.0
-    last = np.uint64(moving)
-    for i in range(moving):
-        shift[i, 0] = 0.0
-        shift[i, 1] = 0.0
-        shift[i, 2] = 0.0
-    for i in range(owners):
-        x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
-        mass_own = radius * radius * radius
-        px, py, pz = 0.0, 0.0, 0.0
-        for k in range(begin[i], begin[i + 1]):
-            # Unsigned: no code for negative indices in the innermost loop (a fifth of its time).
-            j = np.uint64(neighbor[k])
-            dx = x - ball[j, 0]
-            dy = y - ball[j, 1]
-            dz = z - ball[j, 2]
-            other = ball[j, 3]
-            reach = radius + other
-            square = dx * dx + dy * dy + dz * dz
-            if square < reach * reach:
-                distance = math.sqrt(square)
-                overlap = reach - distance
-                smaller = min(radius, other)
-                if overlap > worst * smaller:
-                    worst = overlap / smaller
-                if distance < 1e-9 * reach:
-                    # Coincident centres have no normal: part them along a direction of their own numbers.
-                    angle = 2.399963229728653 * (i + neighbor[k])
-                    dx, dy, dz = math.cos(angle), math.sin(angle), 0.5 - (i & 1)
-                    distance = math.sqrt(1.25)
-                # Masses go with the cubes of the radii; a fixed sphere is infinitely heavy.
-                mass = mass_own
-                mass_other = other * other * other
-                if j >= last:
-                    mass = 0.0
-                elif i >= moving:
-                    mass_other = 0.0
-                push = overlap / (distance * (mass + mass_other))
-                if j < last:
-                    back = push * mass
-                    shift[j, 0] -= back * dx
-                    shift[j, 1] -= back * dy
-                    shift[j, 2] -= back * dz
-                push *= mass_other
-                px += push * dx
-                py += push * dy
-                pz += push * dz
-        if i < moving:
-            shift[i, 0] += px
-            shift[i, 1] += py
-            shift[i, 2] += pz
-    return worst
+@njit(cache=True, error_model="numpy", inline="always")
+def wall_grain(identity: int) -> float:
+    """Return the part of a wall's roughness that keeps a sphere off, 0 to 1: the golden ratio's multiples."""
+    return identity * 0.6180339887498949 % 1.0
 
 
 @njit(cache=True, error_model="numpy")
 def sweep(  # type: ignore[no-untyped-def]
     ball: NDArray[np.float64],
     previous: NDArray[np.float64],
+    lightness: NDArray[np.float64],
+    moving: int,
+    owner: NDArray[np.int32],
+    neighbor: NDArray[np.int32],
+    touching: NDArray[np.int32],
     shift: NDArray[np.float64],
     anchor: NDArray[np.float64],
-    moving: int,
-    owners: int,
-    begin: NDArray[np.int64],
-    neighbor: NDArray[np.int32],
+    margin: NDArray[np.float64],
     seam_first: NDArray[np.int32],
     seam_second: NDArray[np.int32],
     seam_offset: NDArray[np.float64],
@@ -172,23 +108,26 @@ def sweep(  # type: ignore[no-untyped-def]
     wall_room: NDArray[np.float64],
     kind: NDArray[np.int8],
     row: NDArray[np.float64],
+    identity: NDArray[np.int64],
     sink: NDArray[np.float64],
     momentum: float,
     relaxation: float,
     stride: float,
-    margin: NDArray[np.float64],
+    roughness: float,
 ):
     """Sink, extrapolate, push apart, and put back inside the walls, once.
 
     Args:
         ball: Centres and radii [m], shape (N, 4); the first ``moving`` rows change.
         previous: Centres one sweep ago [m], shape (moving, 3); changes.
-        shift: Work space, shape (moving, 3).
-        anchor: Centres when the list was built [m], shape (moving, 3).
+        lightness: Share of a push that each sphere takes; see ``push_pairs``.
         moving: The first so many spheres move.
-        owners: The first so many spheres own pairs.
-        begin: First list entry of each owner.
-        neighbor: The other sphere of each pair.
+        owner: One sphere of each listed pair, shape (P,).
+        neighbor: The other one, shape (P,) or longer.
+        touching: Work space, shape (P + 1,) or longer.
+        shift: Work space, shape (N, 3).
+        anchor: Centres when the neighbour list was built [m], shape (moving, 3).
+        margin: The neighbour list holds while no sphere has moved further than this [m], shape (moving,).
         seam_first: One sphere of each pair across a seam.
         seam_second: The other one.
         seam_offset: What takes the other one to its image [m], shape (P, 3).
@@ -197,11 +136,13 @@ def sweep(  # type: ignore[no-untyped-def]
         wall_room: Gap to each of them when the list was built [m].
         kind: Kind of each feature.
         row: The features.
+        identity: A number of each moving sphere by which it meets its own grain of a rough wall.
         sink: Displacement before the sweep [m], shape (3,).
         momentum: Share of the last displacement that is added again.
         relaxation: Factor on the sum of the pushes.
         stride: Largest displacement by pushes, as a fraction of the radius.
-        margin: The list holds while no sphere has moved further than this [m], shape (moving,).
+        roughness: Depth of the walls' roughness, as a fraction of the radius: each sphere is kept off the
+            walls by a part of it.
 
     Returns:
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list).
@@ -213,8 +154,9 @@ def sweep(  # type: ignore[no-untyped-def]
         ball[i, 1] = y + momentum * (y - previous[i, 1])
         ball[i, 2] = z + momentum * (z - previous[i, 2])
         previous[i, 0], previous[i, 1], previous[i, 2] = x, y, z
-    worst = push_pairs(ball, moving, owners, begin, neighbor, shift)
-    worst = max(worst, push_seam_pairs(ball, moving, seam_first, seam_second, seam_offset, shift))
+    count = touching_pairs(ball, owner, neighbor, touching)
+    worst = push_pairs(ball, lightness, owner, neighbor, touching[:count], shift)
+    worst = max(worst, push_seam_pairs(ball, lightness, seam_first, seam_second, seam_offset, shift))
     strays = 0
     for i in range(moving):
         radius = ball[i, 3]
@@ -230,27 +172,29 @@ def sweep(  # type: ignore[no-untyped-def]
             sz *= shorten
         x, y, z = ball[i, 0] + sx, ball[i, 1] + sy, ball[i, 2] + sz
         # Where several walls meet, putting back from one may push into the next: go round twice.
-        rounds = min(wall_begin[i + 1] - wall_begin[i], 2)
-        travel = 0.0
+        rounds = 0 if math.isnan(x) else min(wall_begin[i + 1] - wall_begin[i], 2)
+        travel, keep_off = 0.0, 0.0
         if rounds > 0:
             dx = x - anchor[i, 0]
             dy = y - anchor[i, 1]
             dz = z - anchor[i, 2]
             travel = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9 * radius
+            keep_off = roughness * radius * wall_grain(identity[i])
         for _ in range(rounds):
             for k in range(wall_begin[i], wall_begin[i + 1]):
                 # No gap shrinks by more than the sphere moves: most features are still out of touch.
-                if wall_room[k] > travel:
+                if wall_room[k] > travel + keep_off:
                     continue
                 feature = wall_item[k]
-                if out_of_reach(kind[feature], row[feature], x, y, z, radius):
+                if out_of_reach(kind[feature], row[feature], x, y, z, radius + keep_off):
                     continue
                 gap, nx, ny, nz = wall_gap(kind[feature], row[feature], x, y, z, radius)
-                if gap < 0.0:
-                    x -= gap * nx
-                    y -= gap * ny
-                    z -= gap * nz
-                    travel -= gap
+                if gap < keep_off:
+                    push = max(-gap, 0.0) + min(keep_off - max(gap, 0.0), GRAIN_PUSH * radius)
+                    x += push * nx
+                    y += push * ny
+                    z += push * nz
+                    travel += push
         ball[i, 0], ball[i, 1], ball[i, 2] = x, y, z
         dx = x - anchor[i, 0]
         dy = y - anchor[i, 1]
@@ -265,8 +209,7 @@ def sphere_overlaps(
     ball: NDArray[np.float64],
     scale: float,
     moving: int,
-    owners: int,
-    begin: NDArray[np.int64],
+    owner: NDArray[np.int32],
     neighbor: NDArray[np.int32],
     seam_first: NDArray[np.int32],
     seam_second: NDArray[np.int32],
@@ -284,9 +227,8 @@ def sphere_overlaps(
         ball: Centres and arranged radii [m], shape (N, 4).
         scale: True radius over arranged radius.
         moving: The first so many spheres move.
-        owners: The first so many spheres own pairs.
-        begin: First list entry of each owner.
-        neighbor: The other sphere of each pair.
+        owner: One sphere of each listed pair, shape (P,).
+        neighbor: The other one, shape (P,) or longer.
         seam_first: One sphere of each pair across a seam.
         seam_second: The other one.
         seam_offset: What takes the other one to its image [m], shape (P, 3).
@@ -303,24 +245,24 @@ def sphere_overlaps(
     """
     overlap[:moving] = 0.0
     worst = 0.0
-    for i in range(owners):
-        radius = scale * ball[i, 3]
-        for k in range(begin[i], begin[i + 1]):
-            j = neighbor[k]
-            other = scale * ball[j, 3]
-            dx = ball[i, 0] - ball[j, 0]
-            dy = ball[i, 1] - ball[j, 1]
-            dz = ball[i, 2] - ball[j, 2]
-            reach = radius + other
-            square = dx * dx + dy * dy + dz * dz
-            if square < reach * reach:
-                depth = (reach - math.sqrt(square)) / min(radius, other)
-                worst = max(worst, depth)
-                blamed = blamed_sphere(i, j, moving, radius, other, height)
-                overlap[blamed] = max(overlap[blamed], depth)
+    for k in range(len(owner)):
+        i, j = owner[k], neighbor[k]
+        radius, other = scale * ball[i, 3], scale * ball[j, 3]
+        dx = ball[i, 0] - ball[j, 0]
+        dy = ball[i, 1] - ball[j, 1]
+        dz = ball[i, 2] - ball[j, 2]
+        reach = radius + other
+        square = dx * dx + dy * dy + dz * dz
+        if square < reach * reach:
+            depth = (reach - math.sqrt(square)) / min(radius, other)
+            worst = max(worst, depth)
+            blamed = blamed_sphere(i, j, moving, radius, other, height)
+            overlap[blamed] = max(overlap[blamed], depth)
     seams = seam_overlaps(ball, scale, moving, seam_first, seam_second, seam_offset, height, overlap)
     worst = max(worst, seams)
     for i in range(moving):
+        if math.isnan(ball[i, 0]):
+            continue
         radius = scale * ball[i, 3]
         for k in range(wall_begin[i], wall_begin[i + 1]):
             feature = wall_item[k]

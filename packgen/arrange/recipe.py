@@ -1,0 +1,95 @@
+"""The constants of the arrangement, and what each sweep of a layer takes of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """The constants of the arrangement, all relative to radii, found by measurement (tests/benchmarks).
+
+    Attributes:
+        gap: Spheres and walls are arranged larger by this fraction: once the overlaps are below it, the true
+            spheres do not overlap at all.
+        sink_sweeps: Sweeps until the layer has sunk.
+        sink_first: First step down before a sweep, in radii; the steps shrink with the third power of the
+            sweeps left.
+        sink_last: What they shrink to, in radii: small enough that the weight of the layer leaves no overlap
+            beyond the gap.
+        sink_fade: Factor on the step with each sweep after that: without any weight a layer loses the
+            contacts that it stands on while its last overlaps are parted.
+        momentum: Share of a sphere's last displacement that is added again.
+        relaxation: Factor on the sum of a sphere's pushes.
+        stride: Largest displacement of one sweep by pushes, in radii.
+        grain: Walls are rough at first, as deep as this, in radii: on smooth ones spheres would crystallise.
+        grain_sweeps: Sweeps until they are smooth.
+        skin_first: Reach of the neighbour list beyond touching, at the start.
+        skin_last: The same at the end, when little moves.
+        strays: The list is renewed when this share of the spheres has outrun it, at the start.
+        strays_last: The same at the end: what falls past a neighbour unseen is found deep inside it.
+        give_up_first: First sweep after which spheres that overlap too much are thrown back.
+        give_up_every: Sweeps from there to the next time, and so on.
+        give_up: Overlap that is too much, each time; thereafter any.
+        part_first: Sweep that a layer without sinking begins with.
+        throw_share: Largest share of the layer's spheres that is thrown back at a time.
+        tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: stop after
+            the sinking, whatever overlaps.
+    """
+
+    gap: float = 2.0e-4
+    sink_sweeps: int = 150
+    sink_first: float = 0.02
+    sink_last: float = 5.0e-5
+    sink_fade: float = 0.95
+    momentum: float = 0.85
+    relaxation: float = 1.0
+    stride: float = 0.2
+    grain: float = 0.8
+    grain_sweeps: int = 80
+    skin_first: float = 1.3
+    skin_last: float = 0.7
+    strays: float = 0.03
+    strays_last: float = 0.001
+    give_up_first: int = 80
+    give_up_every: int = 8
+    give_up: tuple[float, ...] = (
+        0.1, 0.075, 0.055, 0.04, 0.028, 0.019, 0.0125, 0.008, 0.0052, 0.0038, 0.0028, 0.0018, 0.001, 0.0004,
+    )  # fmt: skip
+    part_first: int = 70
+    throw_share: float = 0.05
+    tolerance: float | None = 1.0e-6
+
+    def fall(self, number: int) -> float:
+        """Return the step down before a sweep, in radii."""
+        left = self.sink_sweeps - number
+        if left <= 0:
+            return self.sink_last * self.sink_fade**-left
+        return self.sink_last + self.sink_first * (left / self.sink_sweeps) ** 3
+
+    def roughness(self, number: int) -> float:
+        """Return how rough the walls are in a sweep, in radii."""
+        return self.grain * max(0.0, 1.0 - number / self.grain_sweeps)
+
+    def too_much(self, number: int) -> float | None:
+        """Return the overlap that throws spheres back after so many sweeps; None: not now."""
+        times, rest = divmod(number - self.give_up_first, self.give_up_every)
+        if times < 0 or rest:
+            return None
+        return self.give_up[times] if times < len(self.give_up) else 0.0
+
+    def list_rule(self, number: int) -> tuple[float, float]:
+        """Return (skin of a neighbour list made before a sweep, share of strays that makes it void)."""
+        share = min(1.0, number / self.sink_sweeps)
+        skin = self.skin_first + (self.skin_last - self.skin_first) * share
+        return skin, self.strays + (self.strays_last - self.strays) * share
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """How a sweep moves the spheres: see ``Recipe``; ``roughness`` of the walls in radii."""
+
+    momentum: float
+    relaxation: float
+    stride: float
+    roughness: float = 0.0
