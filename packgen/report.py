@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -35,6 +36,8 @@ from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
 from packgen.validation.law import mean_weight
 from packgen.validation.prediction import PredictedForces, predicted_forces
+
+THREADS = 2
 
 
 class ZoneOutcome(Protocol):
@@ -188,6 +191,7 @@ def build_report(
     zones: Sequence[ZoneOutcome] = (),
     laws: Sequence[SizeLaw | None] = (),
     check: Check | None = None,
+    threads: int | None = None,
 ) -> Report:
     """Measure a bed.
 
@@ -196,6 +200,7 @@ def build_report(
         zones: What was asked of each zone, and what was placed.
         laws: Size distribution of each particle set; may be left out.
         check: The check of this bed, where it has been made already.
+        threads: Threads to use; None: two. The numbers do not depend on it.
 
     Returns:
         The report, still without timings, memory and files: `dataclasses.replace` adds them.
@@ -207,8 +212,17 @@ def build_report(
         sizes(each.name, bed.radius[bed.set_index == index], by_law[index])
         for index, each in enumerate(bed.particle_sets)
     ]
-    touching, gaps = contacts_and_gaps(bed)
     core = core_of(bed)
+    # Each is a search of its own; the arrays they work through are long enough to leave the interpreter free.
+    with ThreadPoolExecutor(threads or THREADS) as pool:
+        order = pool.submit(local_order, bed, core)
+        radial = pool.submit(radial_profile, bed)
+        contacts = pool.submit(contacts_and_gaps, bed)
+        correlation = pool.submit(pair_correlation, bed, core)
+        solid = pool.submit(solid_fraction_with, bed, core)
+        profile = pool.submit(height_profile, bed)
+        forces = pool.submit(_step_zero, bed, found)
+    touching, gaps = contacts.result()
     return Report(
         packgen=packgen.__version__,
         missed=(*_unfilled(counts), *found.faults()),
@@ -216,15 +230,15 @@ def build_report(
         zones=counts,
         sets=_totals(bed),
         overlap=found,
-        solid_fraction=solid_fraction_with(bed, core),
+        solid_fraction=solid.result(),
         contacts=touching,
         sizes=tuple(each for each in compared if each is not None),
-        profile=height_profile(bed),
+        profile=profile.result(),
         gaps=gaps,
-        radial=radial_profile(bed),
-        pair_correlation=pair_correlation(bed, core),
-        order=local_order(bed, core),
-        step_zero=_step_zero(bed, found),
+        radial=radial.result(),
+        pair_correlation=correlation.result(),
+        order=order.result(),
+        step_zero=forces.result(),
         settings=bed.provenance,
     )
 
