@@ -57,3 +57,21 @@ def unique_rows(rows: Float64Array | Int64Array) -> tuple[Int64Array, Int64Array
     kind = np.empty(len(rows), dtype=np.int64)
     kind[order] = np.cumsum(new) - 1
     return order[new].astype(np.int64), kind
+
+
+def add_at(total: NDArray[Any], index: NDArray[Any], values: Float64Array | None = None) -> None:
+    """Add values, or one each, to the places of an array that an index names, as often as it names them.
+
+    Only the span of places between the lowest and the highest is touched: a few pairs of a large bed cost
+    what they are, not what the bed is.
+
+    Args:
+        total: What is added to, shape (N,); changes.
+        index: Places, shape (K,).
+        values: Values, shape (K,); None: one each.
+    """
+    if len(index) == 0:
+        return
+    low = int(index.min())
+    sums = np.bincount(index - low, values)
+    total[low : low + len(sums)] += sums.astype(total.dtype)

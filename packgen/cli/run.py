@@ -150,9 +150,7 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
         warnings += _unsupported(result, scene)
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
-        report = build_report(
-            result.bed, zones=result.zones, laws=laws, check=check, threads=options.threads
-        )
+        report = build_report(result.bed, zones=result.zones, laws=laws, check=check, threads=options.threads)
     return result.bed, replace(report, warnings=tuple(warnings))
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from packgen.arrays import add_at
 from packgen.bed import Bed
 from packgen.check import near_pairs, period, wall_clearance
 
@@ -85,7 +86,7 @@ def contacts_and_gaps(bed: Bed, gaps: Sequence[float] = GAPS) -> tuple[tuple[Con
         pair_count += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]
         for place, gap in enumerate(gaps):
             for end in (pairs.first, pairs.second):
-                count[place] += np.bincount(end[share <= gap], minlength=bed.count).astype(np.int32)
+                add_at(count[place], end[share <= gap])
     clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + widest))
     total = max(bed.count, 1)
     found = []

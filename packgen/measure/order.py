@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from packgen.arrays import Float64Array, Int32Array
+from packgen.arrays import Float64Array, Int32Array, add_at
 from packgen.bed import Bed
 from packgen.check import near_pairs, period, wall_clearance
 from packgen.measure.core import Core
@@ -81,24 +81,24 @@ def crystal_bonds(bed: Bed) -> Int32Array:
     """
     first, second = _neighbours(bed)
     lengths = period(bed.container)
-    order = np.zeros((bed.count, 13))
+    order = np.zeros((bed.count, 13), dtype=np.float32)
     for piece in _pieces(len(first)):
         apart = bed.position[second[piece]] - bed.position[first[piece]]
         for axis, length in enumerate(lengths):
             if length is not None:
                 apart[:, axis] -= length * np.round(apart[:, axis] / length)
         apart /= np.linalg.norm(apart, axis=1)[:, None]
-        for column, part in enumerate(_harmonics(apart)):  # even degree: the same from both ends
-            for end in (first[piece], second[piece]):
-                order[:, column] += np.bincount(end, part, bed.count)
-    order /= np.maximum(np.linalg.norm(order, axis=1), 1e-300)[:, None]
-    lean = order.astype(np.float32)  # half the memory to walk through
+        parts = _harmonics(apart)  # even degree: the same from both ends
+        for end in (first[piece], second[piece]):
+            for column, part in enumerate(parts):
+                add_at(order[:, column], end, part)
+    order /= np.maximum(np.sqrt(np.einsum("ij,ij->i", order, order)), 1e-30)[:, None]
     bonds = np.zeros(bed.count, dtype=np.int32)
     for piece in _pieces(len(first)):
         ends = first[piece], second[piece]
-        alike = np.einsum("ij,ij->i", lean[ends[0]], lean[ends[1]]) > ALIKE_MIN
+        alike = np.einsum("ij,ij->i", order[ends[0]], order[ends[1]]) > ALIKE_MIN
         for end in ends:
-            bonds += np.bincount(end[alike], minlength=bed.count).astype(np.int32)
+            add_at(bonds, end[alike])
     return bonds
 
 
