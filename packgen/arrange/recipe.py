@@ -45,8 +45,8 @@ class Recipe:
     momentum: float = 0.85
     relaxation: float = 1.0
     stride: float = 0.2
-    grain: float = 0.8
-    grain_sweeps: int = 80
+    grain: float = 1.5
+    grain_sweeps: int = 50
     skin_first: float = 1.3
     skin_last: float = 0.7
     strays: float = 0.03

@@ -17,6 +17,9 @@ from packgen.arrange.kernels.pushes import push_pairs, touching_pairs
 from packgen.arrange.kernels.seams import blamed_sphere, push_seam_pairs, seam_overlaps
 from packgen.arrange.kernels.walls import out_of_reach, wall_gap
 
+FAR = 2.0
+"""A sphere that has moved by so many margins may be inside another one unseen: it counts as all of them."""
+
 GRAIN_PUSH = 0.1
 """Largest push of a wall's roughness, in radii: gentle, for a sphere between two walls must not pass one."""
 
@@ -145,7 +148,8 @@ def sweep(  # type: ignore[no-untyped-def]
             walls by a part of it.
 
     Returns:
-        (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list).
+        (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; more
+        than there are where one has by far).
     """
     sink_x, sink_y, sink_z = sink[0], sink[1], sink[2]
     for i in range(moving):
@@ -199,8 +203,11 @@ def sweep(  # type: ignore[no-untyped-def]
         dx = x - anchor[i, 0]
         dy = y - anchor[i, 1]
         dz = z - anchor[i, 2]
-        if dx * dx + dy * dy + dz * dz > margin[i] * margin[i]:
+        square, allowed = dx * dx + dy * dy + dz * dz, margin[i] * margin[i]
+        if square > allowed:
             strays += 1
+            if square > FAR * FAR * allowed:
+                strays += moving
     return worst, strays
 
 
