@@ -129,7 +129,7 @@ class FusedLayer:
             self.owner, self.neighbor, self.touching, self.shift, self.anchor, self.margin,
             self.seam.first, self.seam.second, self.seam.offset,
             self.wall_begin, self.wall_item, self.wall_room, self.walls.kind, self.walls.row, self.identity,
-            sink, step.momentum, step.relaxation, step.stride, step.roughness,
+            sink, step.momentum, step.relaxation, step.stride, step.roughness, step.far,
         )  # fmt: skip
         return float(worst), int(strays)
 

@@ -48,7 +48,7 @@ class LayerPlan:
             whose weight would squeeze more spheres onto the floor than have room there.
     """
 
-    thickness: float = 1.75
+    thickness: float = 2.0
     reopened: float = 1.0
     buffer: float = 1.0
     first: float = 2.0

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from packgen.arrange.kernels.sweep import FAR, GRAIN_PUSH, wall_candidates
+from packgen.arrange.kernels.sweep import GRAIN_PUSH, wall_candidates
 from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
 from packgen.arrange.plain_walls import feature_gaps
 from packgen.arrange.reach import list_reach
@@ -150,7 +150,7 @@ class PlainLayer:
         self._put_back(position, radius, step.roughness)
         self.ball[:moving, :3] = position
         moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
-        far = int((moved > FAR * self.margin).sum())
+        far = int((moved > step.far * self.margin).sum())
         return worst, int((moved > self.margin).sum()) + far * moving
 
     def _put_back(self, position: Tensor, radius: Tensor, roughness: float) -> None:

@@ -122,14 +122,12 @@ def _relax(
         sinking = sink and number < recipe.sink_sweeps
         if not sinking and recipe.tolerance is None:
             return
-        skin, allowed = recipe.list_rule(number)
-        if strays > allowed * layer.moving:
+        skin = recipe.skin(number)
+        if strays > recipe.strays_allowed(number) * layer.moving:
             layer.rebuild(skin)
             stats.rebuilds += 1
         fall = down * (reference * recipe.fall(number) if sink else 0.0)
-        roughness = recipe.roughness(number) if sink else 0.0
-        step = Step(recipe.momentum, recipe.relaxation, recipe.stride, roughness)
-        worst, strays = layer.sweep(fall, step)
+        worst, strays = layer.sweep(fall, recipe.step(number, rough=sink))
         number += 1
         stats.sweeps += 1
         limit = None if recipe.tolerance is None else recipe.too_much(number)

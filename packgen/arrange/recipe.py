@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -20,6 +21,7 @@ class Recipe:
         sink_fade: Factor on the step with each sweep after that: without any weight a layer loses the
             contacts that it stands on while its last overlaps are parted.
         momentum: Share of a sphere's last displacement that is added again.
+        momentum_sweeps: Sweeps until it is: the deep overlaps of the start would throw spheres far.
         relaxation: Factor on the sum of a sphere's pushes.
         stride: Largest displacement of one sweep by pushes, in radii.
         grain: Walls are rough at first, as deep as this, in radii: on smooth ones spheres would crystallise.
@@ -28,6 +30,9 @@ class Recipe:
         skin_last: The same at the end, when little moves.
         strays: The list is renewed when this share of the spheres has outrun it, at the start.
         strays_last: The same at the end: what falls past a neighbour unseen is found deep inside it.
+        far: It is renewed, too, when a single sphere has moved by so many margins: that one may be inside
+            another unseen.
+        far_sweeps: Sweeps before that; at first, deep overlaps throw many spheres far.
         give_up_first: First sweep after which spheres that overlap too much are thrown back.
         give_up_every: Sweeps from there to the next time, and so on.
         give_up: Overlap that is too much, each time; thereafter any.
@@ -39,10 +44,11 @@ class Recipe:
 
     gap: float = 2.0e-4
     sink_sweeps: int = 150
-    sink_first: float = 0.02
+    sink_first: float = 0.021
     sink_last: float = 5.0e-5
     sink_fade: float = 0.95
     momentum: float = 0.85
+    momentum_sweeps: int = 20
     relaxation: float = 1.0
     stride: float = 0.2
     grain: float = 1.5
@@ -51,6 +57,8 @@ class Recipe:
     skin_last: float = 0.7
     strays: float = 0.03
     strays_last: float = 0.001
+    far: float = 2.0
+    far_sweeps: int = 70
     give_up_first: int = 80
     give_up_every: int = 8
     give_up: tuple[float, ...] = (
@@ -67,10 +75,6 @@ class Recipe:
             return self.sink_last * self.sink_fade**-left
         return self.sink_last + self.sink_first * (left / self.sink_sweeps) ** 3
 
-    def roughness(self, number: int) -> float:
-        """Return how rough the walls are in a sweep, in radii."""
-        return self.grain * max(0.0, 1.0 - number / self.grain_sweeps)
-
     def too_much(self, number: int) -> float | None:
         """Return the overlap that throws spheres back after so many sweeps; None: not now."""
         times, rest = divmod(number - self.give_up_first, self.give_up_every)
@@ -78,18 +82,39 @@ class Recipe:
             return None
         return self.give_up[times] if times < len(self.give_up) else 0.0
 
-    def list_rule(self, number: int) -> tuple[float, float]:
-        """Return (skin of a neighbour list made before a sweep, share of strays that makes it void)."""
-        share = min(1.0, number / self.sink_sweeps)
-        skin = self.skin_first + (self.skin_last - self.skin_first) * share
-        return skin, self.strays + (self.strays_last - self.strays) * share
+    def step(self, number: int, *, rough: bool) -> Step:
+        """Return how a sweep moves the spheres; ``rough``: whether the walls begin rough."""
+        far = self.far if number >= self.far_sweeps else math.inf
+        roughness = self.grain * max(0.0, 1.0 - number / self.grain_sweeps) if rough else 0.0
+        momentum = self.momentum * min(1.0, number / self.momentum_sweeps)
+        return Step(momentum, self.relaxation, self.stride, roughness, far)
+
+    def skin(self, number: int) -> float:
+        """Return the skin of a neighbour list made before a sweep."""
+        return self.skin_first + (self.skin_last - self.skin_first) * self._share(number)
+
+    def strays_allowed(self, number: int) -> float:
+        """Return the share of strays with which a neighbour list holds in a sweep."""
+        return self.strays + (self.strays_last - self.strays) * self._share(number)
+
+    def _share(self, number: int) -> float:
+        return min(1.0, number / self.sink_sweeps)
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """How a sweep moves the spheres: see ``Recipe``; ``roughness`` of the walls in radii."""
+    """How a sweep moves the spheres; see ``Recipe``.
+
+    Attributes:
+        momentum: Share of a sphere's last displacement that is added again.
+        relaxation: Factor on the sum of a sphere's pushes.
+        stride: Largest displacement by pushes, in radii.
+        roughness: Depth of the walls' roughness, in radii.
+        far: Margins after which a single sphere makes the neighbour list void.
+    """
 
     momentum: float
     relaxation: float
     stride: float
     roughness: float = 0.0
+    far: float = math.inf

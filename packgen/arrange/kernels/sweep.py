@@ -17,9 +17,6 @@ from packgen.arrange.kernels.pushes import push_pairs, touching_pairs
 from packgen.arrange.kernels.seams import blamed_sphere, push_seam_pairs, seam_overlaps
 from packgen.arrange.kernels.walls import out_of_reach, wall_gap
 
-FAR = 2.0
-"""A sphere that has moved by so many margins may be inside another one unseen: it counts as all of them."""
-
 GRAIN_PUSH = 0.1
 """Largest push of a wall's roughness, in radii: gentle, for a sphere between two walls must not pass one."""
 
@@ -117,6 +114,7 @@ def sweep(  # type: ignore[no-untyped-def]
     relaxation: float,
     stride: float,
     roughness: float,
+    far: float,
 ):
     """Sink, extrapolate, push apart, and put back inside the walls, once.
 
@@ -146,6 +144,7 @@ def sweep(  # type: ignore[no-untyped-def]
         stride: Largest displacement by pushes, as a fraction of the radius.
         roughness: Depth of the walls' roughness, as a fraction of the radius: each sphere is kept off the
             walls by a part of it.
+        far: A sphere that has moved by so many margins may be inside another one unseen: it counts as all.
 
     Returns:
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; more
@@ -206,7 +205,7 @@ def sweep(  # type: ignore[no-untyped-def]
         square, allowed = dx * dx + dy * dy + dz * dz, margin[i] * margin[i]
         if square > allowed:
             strays += 1
-            if square > FAR * FAR * allowed:
+            if square > far * far * allowed:
                 strays += moving
     return worst, strays
 
