@@ -53,7 +53,7 @@ class Recipe:
     stride: float = 0.2
     grain: float = 1.5
     grain_sweeps: int = 50
-    skin_first: float = 1.3
+    skin_first: float = 1.6
     skin_last: float = 0.7
     strays: float = 0.03
     strays_last: float = 0.001

@@ -28,7 +28,7 @@ MESH_MAP_CELLS_MAX = 4_000_000
 BLOCK = 8
 HALF_DIAGONAL = 0.5 * 3.0**0.5
 
-MAP_REACH = 1.7
+MAP_REACH = 1.9
 """Reach of the map in largest radii: a sphere, its gap, and half of the widest skin."""
 
 

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 LEVELS_MAX = 40
 
+SLICES = 4
+"""Cells are so many times narrower along x: a row of them is one range, and a narrow one ends near a reach."""
+
 LEVEL_RATIO = 4.0
 """Largest to smallest radius of a level: finer levels have fewer candidates in more and emptier cells."""
 
@@ -46,8 +49,8 @@ def level_grids(  # type: ignore[no-untyped-def]
         reach: Radius and margin of each sphere [m], shape (N,).
 
     Returns:
-        (box (7,), level of each sphere (N,) int8, largest reach of each level (L,), cell size (L,), cells
-        along each axis (L, 3), first cell of each level (L + 1,)).
+        (box (7,), level of each sphere (N,) int8, largest reach of each level (L,), cell size along y and z
+        (L,), cells along each axis (L, 3), first cell of each level (L + 1,)).
     """
     count = len(ball)
     box = bounding_box(ball, count)
@@ -77,11 +80,11 @@ def level_grids(  # type: ignore[no-untyped-def]
     for grade in range(levels):
         size[grade] = 2.0 * reaches[grade] * (1.0 + 1e-9)
         # Few small spheres in a large box: wider cells keep the grid in proportion to its members.
-        budget = 4.0 * members[grade] + 64.0
+        budget = SLICES * (4.0 * members[grade] + 64.0)
         while members[grade] > 0:
             total = 1.0
             for axis in range(3):
-                total *= math.floor(extent[axis] / size[grade]) + 1.0
+                total *= math.floor(extent[axis] / size[grade] * (SLICES if axis == 0 else 1)) + 1.0
             if total <= budget:
                 break
             size[grade] *= 1.26
@@ -89,7 +92,8 @@ def level_grids(  # type: ignore[no-untyped-def]
             size[grade] = 1e300  # one cell that everything lies in
         for axis in range(3):
             # By the same product as a sphere's cell is: a quotient may round to one cell less.
-            cells[grade, axis] = int(extent[axis] * (1.0 / size[grade])) + 1
+            inverse = (1.0 / size[grade]) * (SLICES if axis == 0 else 1)
+            cells[grade, axis] = int(extent[axis] * inverse) + 1
         first[grade + 1] = first[grade] + cells[grade, 0] * cells[grade, 1] * cells[grade, 2]
     return box, level, reaches[:levels], size, cells, first
 
@@ -112,7 +116,7 @@ def cell_keys(  # type: ignore[no-untyped-def]
     for i in range(count):
         grade = level[begin + i]
         inverse = 1.0 / size[grade]
-        cx = int((ball[begin + i, 0] - box[0]) * inverse)
+        cx = int((ball[begin + i, 0] - box[0]) * (inverse * SLICES))
         cy = int((ball[begin + i, 1] - box[1]) * inverse)
         cz = int((ball[begin + i, 2] - box[2]) * inverse)
         key[i] = first[grade] + (cz * cells[grade, 1] + cy) * cells[grade, 0] + cx
@@ -213,7 +217,7 @@ def fill_list(
             both = (reach[i] + reaches[grade]) * (1.0 + 1e-9)
             z_low, z_high = cell_range(z - box[2], both, inverse, nz)
             y_low, y_high = cell_range(y - box[1], both, inverse, ny)
-            x_low, x_high = cell_range(x - box[0], both, inverse, nx)
+            x_low, x_high = cell_range(x - box[0], both, inverse * SLICES, nx)
             cy, cz = 0, 0
             if grade == own:
                 cy, cz = int((y - box[1]) * inverse), int((z - box[2]) * inverse)
@@ -233,7 +237,7 @@ def fill_list(
                         chord = left - beyond(y - box[1], dy * width, width) ** 2
                         if chord < 0.0:
                             continue
-                        x_low, x_high = cell_range(x - box[0], math.sqrt(chord), inverse, nx)
+                        x_low, x_high = cell_range(x - box[0], math.sqrt(chord), inverse * SLICES, nx)
                     if movers and (dz > cz or dy >= cy):
                         low, high = start_moving[row + x_low], start_moving[row + x_high + 1]
                         if grade == own:
