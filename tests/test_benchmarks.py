@@ -97,6 +97,20 @@ def test_liggghts_pours_a_bed_that_overlaps_less_the_stiffer_it_is():
     assert stiff.overlap_mean < stiff.overlap_max
 
 
+@needs_liggghts
+@pytest.mark.solver
+def test_liggghts_pours_a_round_bed_that_is_looser_the_rougher_its_spheres():
+    tops = []
+    for friction in (0.1, 0.8):
+        poured = pour.pour(
+            120, width=0.25, radius=0.02, youngs_modulus=1e7, seed=0, friction=friction, cylinder=True
+        )
+        away = np.hypot(poured.position[:, 0], poured.position[:, 1])
+        assert (away + 0.02).max() < 0.125 * 1.01
+        tops.append(np.quantile(poured.position[:, 2], 0.9))
+    assert tops[0] < tops[1]
+
+
 @pytest.mark.slow
 def test_scaling_measures_each_point_in_a_process_of_its_own(tmp_path):
     rows, text = run(
@@ -280,7 +294,7 @@ def test_extrema_of_a_damped_wave_are_found_where_they_are():
 
 @pytest.mark.slow
 def test_porosity_writes_each_shell_and_holds_the_means_against_zou_and_yu(tmp_path):
-    rows, text = run("porosity", tmp_path, "--ratios", "5", "--beds", "1")
+    rows, text = run("porosity", tmp_path, "--ratios", "5", "--beds", "1", "--friction")
     first, last = float(rows[0]["porosity"]), float(rows[-1]["wall_distance"])
     assert first > 0.9  # nothing but points of contact at the wall
     assert last == pytest.approx(2.5, abs=0.02)

@@ -143,13 +143,23 @@ def _relax(
         if largest <= least and not sinking:
             return
         if limit is not None:
-            stats.thrown_back += _throw_back(layer, blame, max(limit, least), reference, recipe)
+            stats.thrown_back += throw_back(layer, blame, max(limit, least), reference, recipe)
 
 
-def _throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float, recipe: Recipe) -> int:
-    """Take spheres out of the layer that overlap by more than a limit; return how many.
+def throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float, recipe: Recipe) -> int:
+    """Take spheres out of the layer that overlap by more than a limit.
 
     Of several that are squeezed together only the worst: its place is often enough for the others.
+
+    Args:
+        layer: The layer.
+        blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (moving,).
+        limit: Overlap above which a sphere has to go.
+        reference: Mean radius of the moving spheres [m].
+        recipe: Constants.
+
+    Returns:
+        How many were taken out.
     """
     out = np.flatnonzero(blame > limit)
     if len(out) == 0:

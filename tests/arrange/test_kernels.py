@@ -138,6 +138,39 @@ def test_a_pair_is_parted_by_its_masses_and_a_fixed_sphere_stays(layer_type):
     assert moved == pytest.approx(np.array([[-0.1 * 8 / 9, 0, 0], [0.1 / 9, 0, 0]]))
 
 
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_spheres_that_outrun_the_list_are_counted_and_one_that_did_by_far_as_all(layer_type):
+    ball = np.array([[3.0 * i, 0.0, 0.0, 1.0] for i in range(5)])
+    walls = box_walls(-50.0, 50.0, 1.0)
+    layer = (
+        FusedLayer(ball.copy(), 5, walls) if layer_type == "fused" else PlainLayer(ball, 5, walls, "torch")
+    )
+    layer.rebuild(0.2)  # a margin of 0.1
+    step = Step(0.0, 1.0, 0.2, 0.0, 2.0)
+    strays = [layer.sweep(DOWN * 0.06, step)[1] for _ in range(4)]
+    assert strays == [0, 5, 5, 5 + 5 * 5]
+
+
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_a_rough_wall_keeps_each_sphere_off_by_a_share_of_its_own_and_gently(layer_type):
+    ball = np.array([[3.0 * i, 0.0, 1.0, 1.0] for i in range(12)])
+    walls = box_walls(0.0, 50.0, 1.0)
+    ball[:, :2] += 5.0
+    layer = (
+        FusedLayer(ball.copy(), 12, walls) if layer_type == "fused" else PlainLayer(ball, 12, walls, "torch")
+    )
+    layer.rebuild(2.0)
+    step = Step(0.0, 1.0, 0.2, 0.5)
+    layer.sweep(0.0 * DOWN, step)
+    assert layer.positions()[:, 2].max() <= 1.1 + 1e-12
+    for _ in range(20):
+        layer.sweep(0.0 * DOWN, step)
+    above = np.sort(layer.positions()[:, 2] - 1.0)
+    assert 0.0 <= above[0] < 0.1
+    assert 0.4 < above[-1] <= 0.5
+    assert len(np.unique(above.round(6))) == 12
+
+
 def gap_of(kind, numbers, point, radius):
     row = np.zeros(12)
     row[: len(numbers)] = numbers

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from packgen.arrange.projection import SettleStats, settle
+from packgen.arrange.projection import SettleStats, settle, throw_back
 from packgen.arrange.recipe import Recipe
 from packgen.arrange.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
@@ -143,3 +143,29 @@ def test_plain_torch_settles_as_well(sink):
     position, kept = settle(ball, 60, CUBE, DOWN, Recipe(), sink=sink, device="torch")
     assert kept.sum() > 50
     assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
+
+
+class Crowd:
+    """As much of a layer as throwing back needs."""
+
+    def __init__(self, position):
+        self.position, self.moving, self.out = position, len(position), None
+
+    def positions(self):
+        return self.position
+
+    def take_out(self, out):
+        self.out = out
+
+
+def test_of_spheres_squeezed_together_only_the_worst_is_thrown_back():
+    crowd = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0], [3.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0]]))
+    blame = np.array([0.2, 0.3, 0.1, 0.05, 0.001])
+    recipe = dataclasses.replace(Recipe(), throw_share=1.0)
+    assert throw_back(crowd, blame, 0.01, 1.0, recipe) == 2
+    assert np.flatnonzero(crowd.out).tolist() == [1, 3]
+    few = dataclasses.replace(recipe, throw_share=0.2)
+    assert throw_back(crowd, blame, 0.01, 1.0, few) == 1
+    assert np.flatnonzero(crowd.out).tolist() == [1]
+    alike = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0]]))
+    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, 1.0, recipe) == 1

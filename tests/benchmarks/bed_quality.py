@@ -2,7 +2,7 @@
 
     python tests/benchmarks/bed_quality.py --out DIR [--radius 0.003] [--beds 3] [--columns 3]
 
-Displacement: a bed 30 to 40 radii deep in a box 21 radii wide runs in LIGGGHTS at E = 1e8 Pa and friction 0.5
+Displacement: a bed 35 radii deep in a box 21 radii wide runs in LIGGGHTS at E = 1e8 Pa and friction 0.5
 for 20 times sqrt(2 r / g). The mark: the same bed settled by LIGGGHTS itself, each radius trimmed until
 nothing overlaps, run again for as long. What moves no more than the mark cannot be told from a settled bed.
 The radius matters: elastic settlement goes with E / (rho g r).
@@ -205,7 +205,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--out", type=Path, required=True, help="folder for the results; made when missing")
     parser.add_argument("--seed", type=int, default=0, help="first seed (default 0)")
     parser.add_argument("--beds", type=int, default=3, help="beds that LIGGGHTS runs (default 3)")
-    parser.add_argument("--spheres", type=int, default=2300, help="spheres of such a bed (default 2,300)")
+    parser.add_argument("--spheres", type=int, default=2050, help="spheres of such a bed (default 2,050)")
     parser.add_argument("--radius", type=float, default=0.003, help="radius of theirs [m] (default 0.003)")
     parser.add_argument("--free-fall-times", type=float, default=20.0, help="length of the run (default 20)")
     parser.add_argument("--columns", type=int, default=3, help="packgen's columns (default 3)")

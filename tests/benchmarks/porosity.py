@@ -1,11 +1,12 @@
 """Cylinders of equal spheres: mean porosity and its radial waves, next to published correlations.
 
-    python tests/benchmarks/porosity.py --out DIR [--ratios 5 10 20] [--beds 4]
+    python tests/benchmarks/porosity.py --out DIR [--ratios 5 10 20] [--beds 4] [--friction 0.2 0.5]
 
 Cylinders D/d = 5, 10 and 20 wide are filled; what lies three diameters above the floor and below its top
 is measured, spheres cut exactly by the cylindrical shells. Published: mean porosity by Zou and Yu (Powder
 Technology 88, 1996, 71), loose and dense; local porosity by Mueller (1992) and de Klerk (2003), see
-``packgen.measure.radial``.
+``packgen.measure.radial``. Where LIGGGHTS is installed, it pours as many spheres into the same cylinders,
+with frictions that stand beside.
 
 Writes porosity.csv (local porosity, shell by shell), porosity.txt (means, extrema) and porosity.png into DIR.
 """
@@ -21,7 +22,8 @@ from pathlib import Path
 import machine
 import numpy as np
 import output
-from columns import arrange
+from columns import YOUNGS_MODULUS, arrange
+from pour import liggghts_installed, pour
 
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
@@ -63,6 +65,29 @@ def cylinder_bed(ratio: float, seed: int) -> Bed:
         "particle_sets": [{"radius_distribution": "constant", "radius": RADIUS}],
     }
     return arrange(document)[0]
+
+
+def poured_bed(ratio: float, seed: int, friction: float) -> tuple[Float64Array, Float64Array]:
+    """Return centres [m] and radii [m] of a bed that LIGGGHTS poured into the same cylinder."""
+    poured = pour(
+        SPHERES,
+        width=2.0 * ratio * RADIUS,
+        radius=RADIUS,
+        youngs_modulus=YOUNGS_MODULUS,
+        seed=seed,
+        friction=friction,
+        cylinder=True,
+    )
+    return poured.position, poured.radius
+
+
+def mean_porosity(ratio: float, position: Float64Array, radius: Float64Array) -> float:
+    """Return the porosity of a bed without its ends, three diameters at either."""
+    low = MARGIN * 2.0 * RADIUS
+    high = bed_top(position[:, 2], radius) - low
+    width = np.array([ratio * RADIUS])
+    solid = solid_in_cylinders(position, radius, np.zeros(3), np.array([0.0, 0.0, 1.0]), width, (low, high))
+    return float(1.0 - solid[0] / (np.pi * width[0] ** 2 * (high - low)))
 
 
 def measured(ratio: float, seeds: Sequence[int]) -> Waves:
@@ -113,16 +138,17 @@ def published(waves: Waves) -> dict[str, Float64Array]:
     }
 
 
-def mean_rows(all_waves: Sequence[Waves]) -> list[list[str]]:
-    """Return a row a D/d: mean porosity and the correlations'."""
+def mean_rows(all_waves: Sequence[Waves], poured: Sequence[Sequence[float]]) -> list[list[str]]:
+    """Return a row a D/d: mean porosity, the correlations', and those of LIGGGHTS' beds."""
     rows = []
-    for waves in all_waves:
+    for waves, beds in zip(all_waves, poured, strict=True):
         dense, loose = zou_yu(waves.ratio)
         mean = float(np.mean(waves.mean))
         spread = float(np.ptp(waves.mean))
         verdict = "yes" if dense <= mean <= loose else "no"
         rows.append(
             [f"{waves.ratio:g}", f"{mean:.4f}", f"{spread:.4f}", f"{dense:.4f}", f"{loose:.4f}", verdict]
+            + [f"{each:.4f}" for each in beds]
         )
     return rows
 
@@ -167,6 +193,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--ratios", type=float, nargs="+", default=[5.0, 10.0, 20.0])
     parser.add_argument("--beds", type=int, default=4)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--friction", type=float, nargs="*", default=[0.2, 0.5], help="of LIGGGHTS' beds")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     facts = machine.facts(options.seed)
@@ -182,14 +209,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for index, (place, porosity) in enumerate(zip(waves.wall_distance, waves.porosity, strict=True))
     ]  # fmt: skip
     output.write_csv(options.out / "porosity.csv", rows, facts)
+    frictions = options.friction if liggghts_installed() else []
+    poured = [
+        [mean_porosity(ratio, *poured_bed(ratio, options.seed, friction)) for friction in frictions]
+        for ratio in options.ratios
+    ]
     means = output.table(
-        ("D/d", "mean", "spread", "Zou-Yu dense", "Zou-Yu loose", "between"), mean_rows(all_waves)
-    )
+        (
+            "D/d", "mean", "spread", "Zou-Yu dense", "Zou-Yu loose", "between",
+            *(f"LIGGGHTS, {friction:g}" for friction in frictions),
+        ),
+        mean_rows(all_waves, poured),
+    )  # fmt: skip
     waves_table = output.table(
         ("D/d, extremum", "place [d]", "porosity", "less Mueller", "", "less de Klerk", ""),
         extremum_rows(all_waves),
     )
     notes = [
+        "LIGGGHTS: one bed each, poured with that friction between spheres and at walls, E = 1e8 Pa.",
         f"{options.beds} beds of each D/d. Differences: place in diameters, then porosity. The correlations",
         "differ from each other by up to 0.1 in porosity in the first layer.",
     ]

@@ -38,29 +38,27 @@ communicate single vel yes
 units si
 hard_particles yes
 soft_particles yes
-region box block 0 {width} 0 {width} 0 {height} units box
+region box block {low} {high} {low} {high} 0 {height} units box
+region room {room} 0 {height} units box
 create_box 1 box
 neighbor {skin} bin
 neigh_modify delay 0
 fix youngs_modulus all property/global youngsModulus peratomtype {modulus}
 fix poissons_ratio all property/global poissonsRatio peratomtype {poisson}
 fix restitution all property/global coefficientRestitution peratomtypepair 1 0.5
-fix friction all property/global coefficientFriction peratomtypepair 1 0.5
+fix friction all property/global coefficientFriction peratomtypepair 1 {friction}
 pair_style gran model hertz tangential history
 pair_coeff * *
 timestep {timestep}
 fix gravity all gravity {gravity} vector 0 0 -1
-fix wall_x0 all wall/gran model hertz tangential history primitive type 1 xplane 0
-fix wall_x1 all wall/gran model hertz tangential history primitive type 1 xplane {width}
-fix wall_y0 all wall/gran model hertz tangential history primitive type 1 yplane 0
-fix wall_y1 all wall/gran model hertz tangential history primitive type 1 yplane {width}
+{sides}
 fix wall_z0 all wall/gran model hertz tangential history primitive type 1 zplane 0
 fix wall_z1 all wall/gran model hertz tangential history primitive type 1 zplane {height}
 fix sphere all particletemplate/sphere {seeds[0]} atom_type 1 density constant {density} &
  radius constant {radius}
 fix spheres all particledistribution/discrete {seeds[1]} 1 sphere 1.0
 fix insert all insert/pack seed {seeds[2]} distributiontemplate spheres maxattempt 500 insert_every once &
- overlapcheck yes all_in yes vel constant 0 0 0 region box particles_in_region {spheres}
+ overlapcheck yes all_in yes vel constant 0 0 0 region room particles_in_region {spheres}
 fix integrate all nve/sphere
 thermo_style custom step atoms ke
 thermo_modify lost ignore norm no
@@ -78,6 +76,8 @@ dump end all custom 1 end.dump id x y z radius
 dump_modify end format "%d %.17g %.17g %.17g %.17g"
 run 0
 """
+
+WALL = "fix wall_{name} all wall/gran model hertz tangential history primitive type 1 {surface}"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,23 +102,36 @@ def liggghts_installed() -> bool:
     return shutil.which("liggghts") is not None
 
 
-def pour(spheres: int, *, width: float, radius: float, youngs_modulus: float, seed: int) -> Poured:
+def pour(
+    spheres: int,
+    *,
+    width: float,
+    radius: float,
+    youngs_modulus: float,
+    seed: int,
+    friction: float = 0.5,
+    cylinder: bool = False,
+) -> Poured:
     """Let LIGGGHTS insert equal spheres in a column and settle them.
 
     Args:
         spheres: How many.
-        width: Side of the square base [m].
+        width: Side of the square base, whose corner is the origin; or diameter of the round one, whose middle
+            it is [m].
         radius: Their radius [m].
         youngs_modulus: Young's modulus [Pa].
         seed: Chooses LIGGGHTS' seeds.
+        friction: Coefficient of friction, of spheres and walls.
+        cylinder: Whether the base is round.
 
     Raises:
         SolverError: LIGGGHTS stopped, or did not insert all spheres.
     """
-    height = column_height(spheres, width=width, radius=radius, fraction=INSERTED) + 4.0 * radius
+    side = width * math.sqrt(math.pi / 4.0) if cylinder else width
+    height = column_height(spheres, width=side, radius=radius, fraction=INSERTED) + 4.0 * radius
     with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
         folder = Path(scratch)
-        deck = _deck(spheres, width, height, radius, youngs_modulus, seed)
+        deck = _deck(spheres, width, height, radius, youngs_modulus, seed, friction, cylinder)
         (folder / "in.pour").write_text(deck, encoding="ascii")
         start = time.perf_counter()
         command = [shutil.which("liggghts") or "liggghts", "-in", "in.pour", "-log", "none"]
@@ -137,11 +150,35 @@ def rayleigh_time(radius: float, youngs_modulus: float) -> float:
     return math.pi * radius * math.sqrt(DENSITY / shear) / (0.1631 * POISSONS_RATIO + 0.8766)
 
 
-def _deck(spheres: int, width: float, height: float, radius: float, modulus: float, seed: int) -> str:
+def _deck(
+    spheres: int,
+    width: float,
+    height: float,
+    radius: float,
+    modulus: float,
+    seed: int,
+    friction: float,
+    cylinder: bool,
+) -> str:
+    low, high = (-0.5 * width, 0.5 * width) if cylinder else (0.0, width)
+    if cylinder:
+        room = f"cylinder z 0 0 {high}"
+        sides = [WALL.format(name="round", surface=f"zcylinder {high} 0 0")]
+    else:
+        room = f"block 0 {width} 0 {width}"
+        sides = [
+            WALL.format(name=f"{axis}{end}", surface=f"{axis}plane {place}")
+            for axis in "xy"
+            for end, place in enumerate((low, high))
+        ]
     timestep = RAYLEIGH_SHARE * rayleigh_time(radius, modulus)
     weight = sphere_volume(radius) * DENSITY * GRAVITY
     return DECK.format(
-        width=width,
+        low=low,
+        high=high,
+        room=room,
+        sides="\n".join(sides),
+        friction=friction,
         height=height,
         radius=radius,
         modulus=modulus,

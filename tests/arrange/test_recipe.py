@@ -1,0 +1,51 @@
+"""How the constants of the arrangement change from sweep to sweep."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+from packgen.arrange.recipe import Recipe
+
+RECIPE = Recipe()
+
+
+def test_steps_down_shrink_to_the_last_one_and_fade_after_the_sinking():
+    steps = [RECIPE.fall(number) for number in range(RECIPE.sink_sweeps + 40)]
+    assert steps[0] == pytest.approx(RECIPE.sink_first + RECIPE.sink_last)
+    assert steps[RECIPE.sink_sweeps] == pytest.approx(RECIPE.sink_last)
+    assert all(later < earlier for earlier, later in itertools.pairwise(steps))
+    assert steps[-1] == pytest.approx(RECIPE.sink_last * RECIPE.sink_fade**39)
+
+
+def test_walls_are_rough_at_first_and_smooth_before_the_last_spheres_settle():
+    rough = [RECIPE.step(number, rough=True).roughness for number in range(RECIPE.sink_sweeps)]
+    assert rough[0] == RECIPE.grain
+    assert rough[RECIPE.grain_sweeps :] == [0.0] * (RECIPE.sink_sweeps - RECIPE.grain_sweeps)
+    assert RECIPE.step(0, rough=False).roughness == 0.0
+
+
+def test_momentum_grows_to_its_full_share():
+    shares = [RECIPE.step(number, rough=True).momentum for number in (0, RECIPE.momentum_sweeps, 10_000)]
+    assert shares == [0.0, RECIPE.momentum, RECIPE.momentum]
+
+
+def test_spheres_are_given_up_at_ever_smaller_overlaps_and_in_the_end_at_any():
+    times = {number: RECIPE.too_much(number) for number in range(400)}
+    asked = {number: limit for number, limit in times.items() if limit is not None}
+    assert list(asked)[:2] == [RECIPE.give_up_first, RECIPE.give_up_first + RECIPE.give_up_every]
+    limits = list(asked.values())
+    assert limits[: len(RECIPE.give_up)] == list(RECIPE.give_up) == sorted(RECIPE.give_up, reverse=True)
+    assert set(limits[len(RECIPE.give_up) :]) == {0.0}
+
+
+def test_neighbour_lists_look_less_far_and_forgive_less_as_the_layer_comes_to_rest():
+    first, last = 0, RECIPE.sink_sweeps
+    assert (RECIPE.skin(first), RECIPE.skin(last), RECIPE.skin(10 * last)) == pytest.approx(
+        (RECIPE.skin_first, RECIPE.skin_last, RECIPE.skin_last)
+    )
+    assert RECIPE.strays_allowed(first) == RECIPE.strays > RECIPE.strays_allowed(last)
+    assert RECIPE.step(first, rough=True).far == math.inf
+    assert RECIPE.step(last, rough=True).far == RECIPE.far
