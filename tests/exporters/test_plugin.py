@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
@@ -23,12 +22,11 @@ zones: [{n_particles: 5}]
 def site(tmp_path_factory):
     """A folder with the plug-in installed by pip; the environment of the tests stays as it is."""
     folder = tmp_path_factory.mktemp("site")
-    # pip would fetch the build backend otherwise.
-    ready = ["--no-build-isolation"] if importlib.util.find_spec("hatchling") else []
-    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(folder)]
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
     subprocess.run(
-        [*install, *ready, str(ROOT / "tests" / "plugin")], check=True, capture_output=True, timeout=120
-    )
+        [*install, "--target", str(folder), str(ROOT / "tests" / "plugin")],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
     return folder
 
 
