@@ -40,7 +40,7 @@ class Material:
         youngs_modulus: Young's modulus [Pa].
         poissons_ratio: Poisson's ratio.
         restitution: Coefficient of restitution.
-        friction: Coefficient of sliding friction.
+        friction: Coefficient of sliding friction; spheres below 1/3 are arranged more densely, down to 0.1.
         rolling_friction: Coefficient of rolling friction; 0 leaves the rolling model out.
     """
 

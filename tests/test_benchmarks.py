@@ -294,7 +294,9 @@ def test_extrema_of_a_damped_wave_are_found_where_they_are():
 
 @pytest.mark.slow
 def test_porosity_writes_each_shell_and_holds_the_means_against_zou_and_yu(tmp_path):
-    rows, text = run("porosity", tmp_path, "--ratios", "5", "--beds", "1", "--friction")
+    rows, text = run(
+        "porosity", tmp_path, "--ratios", "5", "--beds", "1", "--friction", "0.5", "--poured", "0"
+    )
     first, last = float(rows[0]["porosity"]), float(rows[-1]["wall_distance"])
     assert first > 0.9  # nothing but points of contact at the wall
     assert last == pytest.approx(2.5, abs=0.02)

@@ -68,7 +68,10 @@ def arrange(task: Task) -> Spheres:
 
 
 def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile, first_batch: int) -> int:
-    recipe = Recipe(tolerance=task.settings.tolerance)
+    endless = floor_direction(task.down, task.container.periodic) is None
+    tolerance = task.settings.tolerance
+    # Nothing sinks in an endless bed.
+    recipe = Recipe(tolerance=tolerance) if endless else Recipe.of_friction(zone.friction, tolerance)
     plan = LayerPlan()
     if task.settings.batch_size is not None:
         plan = _plan_of_size(plan, task.settings.batch_size, zone, region)
@@ -79,7 +82,6 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
         task.on_progress(Progress("arrange", placed, total, batch, min(max(height, 0.0), 1.0), thrown_back))
 
     placed, batch = len(pile), first_batch
-    endless = floor_direction(task.down, task.container.periodic) is None
     for gap in (recipe.gap, 0.0):
         recipe = replace(recipe, gap=gap)
         supply, index, rng, device = zone.supply, zone.index, task.rng, task.device

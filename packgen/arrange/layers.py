@@ -29,6 +29,9 @@ STALLED_SHARE = 0.02
 STALLED_MAX = 3
 """So many layers in a row that gain no more than this share of what they try: the zone is full."""
 
+NARROW_SHARE = 0.4
+"""Where fewer of the places that are half inside the walls are wholly inside, spheres start half inside."""
+
 TRIES_MIN = 4
 """Spheres that a layer has to try for its failure to count in full: a narrow tube has room for one."""
 
@@ -282,9 +285,9 @@ class _Zone:
         height = points @ region.frame[2] - own
         clearance = region.clearance(points, self.supply.radius_reference)
         remaining = None if self.supply.remaining is None else self.spare * self.supply.remaining
-        # A full layer starts out to the walls; the last spheres start where there is room.
+        # Spheres start off the walls, but for where these stand so near that little room is left.
         close = -0.5 * self.supply.radius_reference
-        if remaining is not None and remaining < len(points) and (clearance > 0.0).sum() > 2 * remaining:
+        if (clearance >= 0.0).sum() > NARROW_SHARE * (clearance >= close).sum():
             close = 0.0
         near = height <= 2.0 * thickness
         if region.sides is not None:

@@ -20,7 +20,7 @@ from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.radii import Supply
 
 if TYPE_CHECKING:
-    from packgen.scene import Scene
+    from packgen.scene import Scene, ZoneSpec
 
 ALGORITHMS = {"COLLECTIVE_ARRANGEMENT": "packgen.arrange.collective:arrange"}
 """Built-in algorithms; third parties add theirs by the entry-point group ``packgen.algorithms``."""
@@ -99,7 +99,8 @@ def pack(
     zones = []
     for index, zone in enumerate(scene.zones):
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(seeds[index + 1]))
-        zones.append(ZoneTask(index, scene.mark(f"zones[{index}]"), locations[index], supply))
+        mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
+        zones.append(ZoneTask(index, mark, locations[index], supply, friction))
     _check_periods(scene, container, zones)
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
@@ -125,6 +126,13 @@ def pack(
         for zone in zones
     )
     return PackResult(_bed(scene, container, spheres), results)
+
+
+def _friction(scene: Scene, zone: ZoneSpec) -> float:
+    """Return the friction of the smoothest spheres of a zone."""
+    of_material = {each.name: each.friction for each in scene.materials}
+    shares = zip(scene.particle_sets, zone.set_proportions, strict=True)
+    return min(of_material[each.material or ""] for each, share in shares if share > 0.0)
 
 
 def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]) -> None:

@@ -157,14 +157,16 @@ class PlainLayer:
         """Put spheres back inside their walls, twice where they meet several, or keep them off rough ones."""
         number = torch.as_tensor(self.identity, dtype=torch.float64, device=self.device)
         keep_off = roughness * radius * (number * 0.6180339887498949 % 1.0)
+        gentle = GRAIN_PUSH * radius
         several = self.wall_count > 1
         for ranks in (self.wall_ranks, [(s[several[s]], f[several[s]]) for s, f in self.wall_ranks]):
             for sphere, feature in ranks:
                 gap, normal = feature_gaps(
                     self._kind[feature], self._row[feature], position[sphere], radius[sphere]
                 )
-                rough = torch.minimum(keep_off[sphere] - gap.clamp(min=0.0), GRAIN_PUSH * radius[sphere])
-                push = (-gap).clamp(min=0.0) + rough.clamp(min=0.0)
+                rough = torch.minimum(keep_off[sphere] - gap.clamp(min=0.0), gentle[sphere]).clamp(min=0.0)
+                gentle[sphere] -= rough
+                push = (-gap).clamp(min=0.0) + rough
                 position[sphere] += push[:, None] * normal
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:

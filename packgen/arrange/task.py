@@ -39,12 +39,21 @@ class Progress:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ZoneTask:
-    """A zone to fill: its number, place in the scene, locations beside the container, and its spheres."""
+    """A zone to fill.
+
+    Attributes:
+        index: Number of the zone.
+        place: Where the scene speaks of it.
+        locations: What bounds it beside the container.
+        supply: Its spheres.
+        friction: Coefficient of sliding friction of its smoothest spheres.
+    """
 
     index: int
     place: str
     locations: tuple[Shape | Slice, ...]
     supply: Supply
+    friction: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)

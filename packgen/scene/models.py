@@ -247,7 +247,7 @@ class Params(Keys):
 
 
 class MaterialSpec(Keys):
-    """A material as the solver decks need it; see ``packgen.bed.Material``."""
+    """A material as solver decks and, its friction, the arrangement need it; see ``packgen.bed.Material``."""
 
     youngs_modulus: Pressure = 1.0e8
     poissons_ratio: PoissonsRatio = 0.3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
@@ -14,7 +15,7 @@ from packgen.arrange.plain import PlainLayer
 from packgen.arrange.reach import list_reach
 from packgen.arrange.recipe import Step
 from packgen.arrange.walls import wall_table
-from packgen.geometry import Ball, Box, Cone, Mesh, Slice
+from packgen.geometry import Ball, Box, Cone, Mesh, Slice, Surface
 from tests.beds import box_surface
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -169,6 +170,21 @@ def test_a_rough_wall_keeps_each_sphere_off_by_a_share_of_its_own_and_gently(lay
     assert 0.0 <= above[0] < 0.1
     assert 0.4 < above[-1] <= 0.5
     assert len(np.unique(above.round(6))) == 12
+
+
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_a_rough_wall_of_many_facets_keeps_off_as_gently_as_one_of_few(layer_type):
+    bounds = np.array([[0.0] * 3, [12.0] * 3])
+    fine = trimesh.creation.box(bounds=bounds).subdivide_to_size(0.4)
+    walls = wall_table([Mesh(Surface(fine.vertices, fine.faces))], bounds, 1.0)
+    ball = np.array([[2.1 + 2.5 * i, 6.0, 1.0, 1.0] for i in range(4)])
+    layer = (
+        FusedLayer(ball.copy(), 4, walls) if layer_type == "fused" else PlainLayer(ball, 4, walls, "torch")
+    )
+    layer.rebuild(2.0)
+    layer.sweep(0.0 * DOWN, Step(0.0, 1.0, 0.2, 0.5))
+    pushed = layer.positions()[:, 2] - 1.0
+    assert 0.05 < pushed.max() <= 0.1 + 1e-12
 
 
 def gap_of(kind, numbers, point, radius):

@@ -88,6 +88,19 @@ def test_beds_are_equally_dense_along_any_gravity_at_any_place_and_scale(tmp_pat
     assert density(scale=1e3, shift=-5.0) == pytest.approx(reference, abs=0.01)
 
 
+def test_the_smoothest_material_of_a_zone_decides_how_densely_it_is_packed(tmp_path):
+    sets = [constant(0.05) | {"material": name} for name in ("rough", "smooth")]
+    materials = {"rough": {"friction": 0.6}, "smooth": {"friction": 0.1}}
+    tops = []
+    for shares in ([1.0, 0.0], [0.9, 0.1], [0.0, 1.0]):
+        zones = [{"n_particles": 900, "set_proportions": shares}]
+        result = run_scene(tmp_path, CUBE, sets, zones=zones, materials=materials)
+        assert_sound(result)
+        tops.append(np.sort(result.bed.position[:, 2])[-100:].mean())
+    assert tops[1] == pytest.approx(tops[2], rel=0.01)
+    assert max(tops[1:]) < 0.99 * tops[0]
+
+
 def test_sets_in_two_slices_interlock(tmp_path):
     zones = [
         {"n_particles": 380, "location": {"slice": {"axis": "z", "max_bound": 0.4, "min_bound": 0.0}},

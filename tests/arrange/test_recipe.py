@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from packgen.arrange.recipe import Recipe
+from packgen.arrange.recipe import FRICTION_LEAST, FRICTION_USUAL, Recipe
 
 RECIPE = Recipe()
 
@@ -49,3 +49,20 @@ def test_neighbour_lists_look_less_far_and_forgive_less_as_the_layer_comes_to_re
     assert RECIPE.strays_allowed(first) == RECIPE.strays > RECIPE.strays_allowed(last)
     assert RECIPE.step(first, rough=True).far == math.inf
     assert RECIPE.step(last, rough=True).far == RECIPE.far
+
+
+def test_spheres_that_rub_less_sink_more_slowly_along_the_same_course_between_rougher_walls():
+    smooth = Recipe.of_friction(0.5 * FRICTION_USUAL, 1.0e-6)
+    assert smooth.sink_sweeps == 2 * RECIPE.sink_sweeps
+    assert smooth.fall(2 * 40) == pytest.approx(RECIPE.fall(40))
+    assert smooth.skin(2 * 40) == pytest.approx(RECIPE.skin(40))
+    assert smooth.too_much(2 * RECIPE.give_up_first) == RECIPE.too_much(RECIPE.give_up_first)
+    rough, usual = smooth.step(2 * 30, rough=True), RECIPE.step(30, rough=True)
+    assert rough.roughness == pytest.approx(math.sqrt(2.0) * usual.roughness)
+    assert smooth.step(2 * RECIPE.far_sweeps, rough=True).far == RECIPE.far
+
+
+def test_beyond_the_usual_friction_and_below_the_least_one_nothing_changes():
+    assert Recipe.of_friction(FRICTION_USUAL, 1.0e-6) == Recipe.of_friction(1.5, 1.0e-6) == RECIPE
+    assert Recipe.of_friction(0.0, None) == Recipe.of_friction(FRICTION_LEAST, None)
+    assert Recipe.of_friction(0.0, None).tolerance is None

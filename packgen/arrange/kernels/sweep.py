@@ -18,7 +18,8 @@ from packgen.arrange.kernels.seams import blamed_sphere, push_seam_pairs, seam_o
 from packgen.arrange.kernels.walls import out_of_reach, wall_gap
 
 GRAIN_PUSH = 0.1
-"""Largest push of a wall's roughness, in radii: gentle, for a sphere between two walls must not pass one."""
+"""Largest push by rough walls in a sweep, all features together, in radii: gentle, for a sphere between two
+walls must not pass one."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -176,7 +177,7 @@ def sweep(  # type: ignore[no-untyped-def]
         x, y, z = ball[i, 0] + sx, ball[i, 1] + sy, ball[i, 2] + sz
         # Where several walls meet, putting back from one may push into the next: go round twice.
         rounds = 0 if math.isnan(x) else min(wall_begin[i + 1] - wall_begin[i], 2)
-        travel, keep_off = 0.0, 0.0
+        travel, keep_off, gentle = 0.0, 0.0, GRAIN_PUSH * radius
         if rounds > 0:
             dx = x - anchor[i, 0]
             dy = y - anchor[i, 1]
@@ -193,7 +194,9 @@ def sweep(  # type: ignore[no-untyped-def]
                     continue
                 gap, nx, ny, nz = wall_gap(kind[feature], row[feature], x, y, z, radius)
                 if gap < keep_off:
-                    push = max(-gap, 0.0) + min(keep_off - max(gap, 0.0), GRAIN_PUSH * radius)
+                    rough = min(keep_off - max(gap, 0.0), gentle)
+                    gentle -= rough
+                    push = max(-gap, 0.0) + rough
                     x += push * nx
                     y += push * ny
                     z += push * nz
