@@ -98,10 +98,15 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
 
 
 def _plan_of_size(plan: LayerPlan, batch_size: int, zone: ZoneTask, region: Region) -> LayerPlan:
-    """Return a plan whose layers hold about ``batch_size`` spheres at half of the region's height."""
+    """Return a plan whose layers hold about ``batch_size`` spheres at half of the region's height.
+
+    Between half a diameter, thinner ones make loose beds, and twenty.
+    """
     area = region.area(0.5 * (region.floor + region.ceiling))
     per_diameter = 0.6 * area * 2.0 * zone.supply.radius_reference / zone.supply.mean_volume
-    return replace(plan, thickness=float(np.clip(batch_size / per_diameter, 0.25, 20.0)), first=1.0)
+    thickness = float(np.clip(batch_size / per_diameter, 0.5, 20.0))
+    # A first layer thinner than its spheres would have no room between the floor and its own top.
+    return replace(plan, thickness=thickness, first=max(1.0, 1.0 / thickness))
 
 
 def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, first_batch: int) -> int:

@@ -32,7 +32,7 @@ STALLED_MAX = 3
 NARROW_SHARE = 0.4
 """Where fewer of the places that are half inside the walls are wholly inside, spheres start half inside."""
 
-TRIES_MIN = 4
+TRIES_MIN = 8
 """Spheres that a layer has to try for its failure to count in full: a narrow tube has room for one."""
 
 SEARCH_POINTS = 1024

@@ -223,7 +223,8 @@ class Params(Keys):
 
     Attributes:
         optimizer: ``projection`` (fast), or ``adam`` (the paper's Algorithm 1).
-        batch_size: Spheres in one batch; None: the optimiser's own choice.
+        batch_size: Spheres in one batch; None: the optimiser's own choice. Layers of projection are at least
+            half a sphere thick.
         lr: Learning rate of adam.
         n_epoch: Most steps for one batch (the paper's max_steps).
         patience: Steps without progress after which adam gives a batch up.

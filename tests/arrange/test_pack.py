@@ -157,6 +157,13 @@ def test_a_container_filled_until_full_has_no_room_left_for_many_more(tmp_path):
     assert result.bed.position[:, 2].max() > 0.85
 
 
+def test_a_batch_size_thinner_than_a_sphere_still_fills_the_zone(tmp_path):
+    params = {"batch_size": 8}  # a quarter of a diameter of this cube
+    result = run_scene(tmp_path, CUBE, constant(0.06), params=params, zones=[{"n_particles": 300}])
+    assert_sound(result)
+    assert result.bed.count == 300
+
+
 def test_progress_counts_up_to_what_was_placed(tmp_path):
     scene, vessel = read_scene(tmp_path, CUBE, constant(0.05), zones=[{"n_particles": 500}])
     reports = []
