@@ -177,7 +177,7 @@ def furnace(rows: list[study.Row]) -> str:
     for row in rows:
         whole = row["spheres"] >= FURNACE_SPHERES
         hours = row["ms_a_sphere"] * 1e-3 * FURNACE_SPHERES / 3600
-        all_of_it = f"{60 * hours:.1f} min" if hours < 1 else f"{hours:,.0f} h"
+        all_of_it = f"{3600 * hours:,.3g} s" if hours < 1 else f"{hours:,.0f} h"
         cells = [f"{row['spheres']:,.0f}", f"{row['seconds']:.3g}", f"{row['ms_a_sphere']:.3g}"]
         density = "-" if row["core_density"] is None or not whole else f"{row['core_density']:.3f}"
         body.append([row["method"], *cells, density, all_of_it + ("" if whole else " (extrapolated)")])

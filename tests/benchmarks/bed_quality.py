@@ -1,9 +1,9 @@
 """Is it a bed? What LIGGGHTS does to it, next to what it does to a bed of its own; and homogeneity.
 
-    python tests/benchmarks/bed_quality.py --out DIR [--radius 0.003] [--beds 3] [--columns 3]
+    python tests/benchmarks/bed_quality.py --out DIR [--beds 3] [--columns 3] [--friction 0.5]
 
-Displacement: a bed 35 radii deep in a box 21 radii wide runs in LIGGGHTS at E = 1e8 Pa and friction 0.5
-for 20 times sqrt(2 r / g). The mark: the same bed settled by LIGGGHTS itself, each radius trimmed until
+Displacement: a bed 35 radii deep in a box 21 radii wide runs in LIGGGHTS at E = 1e8 Pa for 20
+times sqrt(2 r / g). The mark: the same bed settled by LIGGGHTS itself, each radius trimmed until
 nothing overlaps, run again for as long. What moves no more than the mark cannot be told from a settled bed.
 The radius matters: elastic settlement goes with E / (rho g r).
 
@@ -30,7 +30,7 @@ import machine
 import numpy as np
 import output
 import quality_plot
-from columns import RADIUS, WIDTH, YOUNGS_MODULUS, arrange, bed_of, column_document
+from columns import FRICTION, RADIUS, WIDTH, YOUNGS_MODULUS, arrange, bed_of, column_document
 from pour import liggghts_installed, pour
 from settled import judge, settle, trimmed
 
@@ -48,7 +48,11 @@ def displacement_rows(options: argparse.Namespace) -> list[Row]:
     rows = []
     for seed in range(options.seed, options.seed + options.beds):
         document = column_document(
-            options.spheres, seed=seed, width=ACROSS * options.radius, radius=options.radius
+            options.spheres,
+            seed=seed,
+            width=ACROSS * options.radius,
+            radius=options.radius,
+            friction=options.friction,
         )
         bed, _ = arrange(document)
         rows.append(_displacement("packgen", bed, seed, 0.0, options.free_fall_times))
@@ -83,7 +87,10 @@ def column_rows(options: argparse.Namespace) -> tuple[list[Row], list[homogeneit
     """Return the homogeneity of packgen's columns, a row each, and their imprints."""
     rows, imprints = [], []
     for seed in range(options.seed, options.seed + options.columns):
-        bed, _ = arrange(column_document(options.column_spheres, seed=seed, width=options.width))
+        document = column_document(
+            options.column_spheres, seed=seed, width=options.width, friction=options.friction
+        )
+        bed, _ = arrange(document)
         found = homogeneity.imprint(bed, homogeneity.layer_period(bed))
         imprints += [found] if found is not None else []
         rows.append(_homogeneity("packgen", bed, seed, found))
@@ -100,6 +107,7 @@ def poured_rows(options: argparse.Namespace, period: float) -> list[Row]:
             radius=RADIUS,
             youngs_modulus=YOUNGS_MODULUS,
             seed=seed,
+            friction=options.friction,
         )
         bed = bed_of(poured.position, poured.radius, width=options.width, height=poured.height)
         rows.append(_homogeneity("LIGGGHTS", bed, seed, homogeneity.imprint(bed, period)))
@@ -207,6 +215,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--beds", type=int, default=3, help="beds that LIGGGHTS runs (default 3)")
     parser.add_argument("--spheres", type=int, default=2050, help="spheres of such a bed (default 2,050)")
     parser.add_argument("--radius", type=float, default=0.003, help="radius of theirs [m] (default 0.003)")
+    parser.add_argument("--friction", type=float, default=FRICTION, help="of all spheres (default 0.5)")
     parser.add_argument("--free-fall-times", type=float, default=20.0, help="length of the run (default 20)")
     parser.add_argument("--columns", type=int, default=3, help="packgen's columns (default 3)")
     parser.add_argument(
@@ -238,8 +247,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     stem = options.out / "bed_quality"
     output.write_csv(stem.with_suffix(".csv"), rows, facts)
     notes = (
-        f"Displacement: box {ACROSS:g} r wide, r = {options.radius:g} m, E = 1e8 Pa, friction 0.5,",
-        f"2500 kg/m3, {options.free_fall_times:g} free-fall times.",
+        f"Friction {options.friction:g}. Displacement: box {ACROSS:g} r wide, r = {options.radius:g} m,",
+        f"E = 1e8 Pa, 2500 kg/m3, {options.free_fall_times:g} free-fall times.",
         "The mark: the same bed settled by LIGGGHTS for twice as long, trimmed to no overlap, then run.",
         f"Columns: {options.width:g} m by {options.width:g} m, r = {RADIUS:g} m. Amplitude of the solid",
         "fraction at packgen's layer period; noise: mean and 95 % quantile at neighbouring periods.",

@@ -23,6 +23,7 @@ WIDTH = 2.0  # m, the paper's column
 RADIUS = 0.03  # m, its spheres
 YOUNGS_MODULUS = 1.0e8  # Pa; softer beds compress by percents and hide their overlaps
 DENSITY = 2500.0  # kg/m3
+FRICTION = 0.5
 LOOSEST = 0.5  # solid fraction that any bed reaches: what the height of a column is chosen by
 
 
@@ -44,6 +45,7 @@ def column_document(
     width: float = WIDTH,
     radius: float = RADIUS,
     sizes: dict[str, Any] | None = None,
+    friction: float = FRICTION,
 ) -> dict[str, Any]:
     """Return a scene, as its file would say it: a number of spheres in a column higher than they need.
 
@@ -54,6 +56,7 @@ def column_document(
         width: Side of the square base [m].
         radius: Radius of a sphere of mean volume [m]; chooses the height.
         sizes: Keys of the particle set; None: equal spheres of ``radius``.
+        friction: Coefficient of friction.
     """
     height = column_height(spheres, width=width, radius=radius, fraction=LOOSEST) + 12.0 * radius
     return {
@@ -63,7 +66,7 @@ def column_document(
         "particle_sets": [
             {"density": DENSITY, **(sizes or {"radius_distribution": "constant", "radius": radius})}
         ],
-        "materials": {"ore": {"youngs_modulus": YOUNGS_MODULUS, "friction": 0.5}},
+        "materials": {"ore": {"youngs_modulus": YOUNGS_MODULUS, "friction": friction}},
         "zones": [{"n_particles": spheres, "set_proportions": [1.0]}],
     }
 

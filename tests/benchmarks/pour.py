@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from columns import DENSITY, column_height, sphere_volume
+from columns import DENSITY, FRICTION, column_height, sphere_volume
 
 from packgen.arrays import Float64Array
 from packgen.errors import SolverError
@@ -109,7 +109,7 @@ def pour(
     radius: float,
     youngs_modulus: float,
     seed: int,
-    friction: float = 0.5,
+    friction: float = FRICTION,
     cylinder: bool = False,
 ) -> Poured:
     """Let LIGGGHTS insert equal spheres in a column and settle them.
