@@ -59,7 +59,7 @@ class Recipe:
     momentum_sweeps: int = 20
     relaxation: float = 1.0
     stride: float = 0.2
-    grain: float = 2.75
+    grain: float = 3.25
     grain_sweeps: int = 75
     skin_first: float = 1.6
     skin_last: float = 0.7
