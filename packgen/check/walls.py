@@ -69,11 +69,11 @@ def _cone_clearance(cone: Cone, position: Float64Array) -> Float64Array:
 def _polyhedron_clearance(polyhedron: Polyhedron, position: Float64Array) -> Float64Array:
     clearance = np.empty(len(position))
     step = max(1, BLOCK_SIZE // max(1, len(polyhedron.offset)))
-    # Offsets from the middle, not from the origin: a container 1e6 m away keeps its digits.
-    middle = polyhedron.surface.vertices.mean(axis=0)
-    offset = polyhedron.offset - np.einsum("ij,j->i", polyhedron.normal, middle)
+    # Offsets from a corner, not from the origin: a container 1e6 m away keeps its digits.
+    corner = polyhedron.surface.vertices[0]
+    offset = polyhedron.offset - np.einsum("ij,j->i", polyhedron.normal, corner)
     for start in range(0, len(position), step):
-        depth = offset - (position[start : start + step] - middle) @ polyhedron.normal.T
+        depth = offset - (position[start : start + step] - corner) @ polyhedron.normal.T
         clearance[start : start + step] = depth.min(axis=1)
     return clearance
 
