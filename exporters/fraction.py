@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from exporters import cells, deck, table
+from exporters import cells, deck, meshcells, table
 from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
 
@@ -123,14 +123,16 @@ def _write_mesh(
     except Exception as error:
         raise ExportError(f"{NAME}: mesh: {path} cannot be read: {error}") from error
     blocks = [block for block in mesh.cells if block.dim == 3]
-    strange = sorted({block.type for block in blocks} - set(cells.MIRRORED))
+    strange = sorted({block.type for block in blocks} - set(meshcells.FACES))
     if strange or not blocks:
         found = ", ".join(strange) or "no cells"
-        raise ExportError(
-            f"{NAME}: mesh: {path} has {found}, expected {', '.join(cells.MIRRORED)}; split other cells first"
-        )
+        known = ", ".join(meshcells.FACES)
+        raise ExportError(f"{NAME}: mesh: {path} has {found}, expected {known}; split other cells first")
     points = np.asarray(mesh.points, dtype=np.float64) * scale
-    both = [cells.mesh_volumes(position, radius, block.type, points[block.data]) for block in blocks]
+    try:
+        both = [meshcells.mesh_volumes(position, radius, block.type, points[block.data]) for block in blocks]
+    except ValueError as error:
+        raise ExportError(f"{NAME}: mesh: {path}: {error}; split cells with warped faces first") from error
     solid = [volume / size for volume, size in both]
     data: dict[str, Any] = {"solid_fraction": solid, "void_fraction": [1 - each for each in solid]}
     out = meshio.Mesh(points, [(block.type, block.data) for block in blocks], cell_data=data)

@@ -54,9 +54,10 @@ def container_volume_below(container: Container, up: Float64Array, level: float)
         return float(volume_below(np.array([shape.center @ up]), np.array([shape.radius]), level)[0])
     if isinstance(shape, Cone) and abs(abs(float(shape.axis @ up)) - 1.0) < 1e-12:
         return _cone_volume_below(shape, up, level)
-    whole = surface_volume_below(container.surface, up, np.inf)
     part = surface_volume_below(container.surface, up, level)
-    return container.volume * part / whole if isinstance(shape, Cone) else part
+    if isinstance(shape, Cone):
+        part *= container.volume / surface_volume_below(container.surface, up, np.inf)
+    return part
 
 
 def _cone_volume_below(cone: Cone, up: Float64Array, level: float) -> float:
@@ -89,7 +90,8 @@ def surface_volume_below(surface: Surface, up: Float64Array, level: float) -> fl
     top = float(height.max())
     level = min(level, top)
     origin = surface.vertices[int(height.argmax())] + (level - top) * up
-    corners = surface.vertices[surface.faces] - origin
+    reaches = height[surface.faces].min(axis=1) < level
+    corners = surface.vertices[surface.faces[reaches]] - origin
     corners = _clipped(corners, corners @ up)
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
     return float(volume)

@@ -186,6 +186,11 @@ def test_a_mesh_that_cannot_serve_is_refused(tmp_path):
     meshio.Mesh(points, [("pyramid", [[0, 1, 2, 3, 4]])]).write(tmp_path / "pyramid.vtu")
     with pytest.raises(ExportError, match="has pyramid, expected hexahedron, wedge, tetra"):
         write(bed_of(5), tmp_path, mesh=tmp_path / "pyramid.vtu")
+    warped = np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+    warped[6] += 0.1
+    meshio.Mesh(warped, [("hexahedron", [list(range(8))])]).write(tmp_path / "warped.vtu")
+    with pytest.raises(ExportError, match="split cells with warped faces"):
+        write(bed_of(5), tmp_path, mesh=tmp_path / "warped.vtu")
     for name in ("none.vtu", "none.unknown"):
         with pytest.raises(ExportError, match=name):
             write(bed_of(5), tmp_path, mesh=tmp_path / name)
