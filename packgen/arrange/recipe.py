@@ -82,7 +82,7 @@ class Recipe:
 
         Slower sinking makes denser beds: twice as many sweeps for spheres that rub half as much, and walls
         rougher with the root of that, for the slower a layer sinks, the more of it would crystallise.
-        LIGGGHTS pours beds of core density 0.597, 0.615 and 0.629 at friction 0.5, 0.2 and 0.1.
+        LIGGGHTS pours beds of core density 0.602, 0.615 and 0.629 at friction 0.5, 0.2 and 0.1.
 
         Args:
             friction: Coefficient of sliding friction of sphere on sphere.

@@ -158,10 +158,11 @@ def test_a_container_filled_until_full_has_no_room_left_for_many_more(tmp_path):
 
 
 def test_a_batch_size_thinner_than_a_sphere_still_fills_the_zone(tmp_path):
-    params = {"batch_size": 8}  # a quarter of a diameter of this cube
-    result = run_scene(tmp_path, CUBE, constant(0.06), params=params, zones=[{"n_particles": 300}])
+    params = {"batch_size": 125}  # a quarter of a diameter of this box
+    wide = box([0, 0, 0], [2, 2, 2])
+    result = run_scene(tmp_path, wide, constant(0.048), params=params, zones=[{"n_particles": 2500}])
     assert_sound(result)
-    assert result.bed.count == 300
+    assert result.bed.count == 2500
 
 
 def test_progress_counts_up_to_what_was_placed(tmp_path):
