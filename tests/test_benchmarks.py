@@ -10,9 +10,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
+from exporters.meshcells import planes_of
 from packgen.check import check_bed
 from tests.beds import box_container, make_bed
 
@@ -188,6 +190,17 @@ def test_export_speed_writes_each_format_in_a_process_of_its_own(tmp_path):
     assert all(int(row["bytes"]) > 20_000 * 32 for row in rows)
     assert all(float(row["processor_seconds"]) > 0 and float(row["extra_memory_MB"]) >= 0 for row in rows)
     assert "more than 2 s of processor time: none" in text
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "tetra"])
+def test_the_cells_of_export_speeds_meshes_fill_the_box(tmp_path, kind):
+    script = importlib.import_module("export_speed")
+    bed = script.lattice(1000, seed=0)
+    mesh = meshio.read(script.cfd_mesh(bed, kind, tmp_path / "mesh.vtu"))
+    corners = mesh.points[mesh.cells[0].data]
+    volume = planes_of(kind, corners).volume
+    assert volume.min() > 0.0
+    assert volume.sum() == pytest.approx(np.prod(bed.container.bounds[1] - bed.container.bounds[0]))
 
 
 @needs_liggghts

@@ -21,6 +21,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -39,7 +40,10 @@ MEGABYTE = 1.0e6
 VARIANTS = {
     "vtk with vtu": ("vtk", {"unstructured": True}),
     "liggghts, facets": ("liggghts", {"walls": "mesh"}),
+    "fraction, hexahedra": ("fraction", {"mesh": "hexahedron"}),
+    "fraction, tetrahedra": ("fraction", {"mesh": "tetra"}),
 }
+MESH_CELLS = 30  # hexahedra along each side of the box; each makes six tetrahedra
 
 Row = dict[str, Any]
 
@@ -85,6 +89,8 @@ def measure(task: dict[str, Any]) -> list[Row]:
     bed, small = lattice(task["spheres"], task["seed"]), lattice(1000, task["seed"])
     rows = []
     with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
+        if "mesh" in options:
+            options = {"mesh": cfd_mesh(bed, options["mesh"], Path(scratch) / "mesh.vtu")}
         _write(exporter, small, Path(scratch) / "small", options)
         for repeat in range(task["repeats"]):
             _forget_peak()
@@ -106,6 +112,25 @@ def measure(task: dict[str, Any]) -> list[Row]:
                 }
             )
     return rows
+
+
+def cfd_mesh(bed: Bed, kind: str, path: Path) -> Path:
+    """Write a mesh of the bed's box, of cells of one kind; return its path."""
+    import meshio
+
+    low, high = bed.container.bounds
+    sides = [np.linspace(low[axis], high[axis], MESH_CELLS + 1) for axis in range(3)]
+    points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+    )
+    cells = np.stack(np.meshgrid(*[np.arange(MESH_CELLS)] * 3, indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    cells = (cells + corner) @ [(MESH_CELLS + 1) ** 2, MESH_CELLS + 1, 1]
+    if kind == "tetra":
+        around = [1, 2, 3, 7, 4, 5, 1]  # the way round the diagonal from corner 0 to corner 6
+        cells = np.concatenate([cells[:, [0, first, second, 6]] for first, second in pairwise(around)])
+    meshio.Mesh(points, [(kind, cells)]).write(path)
+    return path
 
 
 def _write(exporter: Any, bed: Bed, folder: Path, options: dict[str, Any]) -> None:
