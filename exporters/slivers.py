@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exporters.edges import edges_of
+from exporters.edges import edge_uses, edges_of, shared_edges
 
 Float64Array = NDArray[np.float64]
 Int64Array = NDArray[np.int64]
@@ -75,18 +75,14 @@ def _flat_parts(vertices: Float64Array, faces: Int64Array) -> Int64Array:
 
 def _neighbors(faces: Int64Array) -> tuple[Int64Array, Int64Array]:
     """Return the facets on either side of each edge that two facets share."""
-    edges = edges_of(faces).reshape(-1, 2)
-    owner = np.repeat(np.arange(len(faces)), 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    same = (edges[order][1:] == edges[order][:-1]).all(axis=1)
-    return owner[order][:-1][same], owner[order][1:][same]
+    sides, others = shared_edges(faces)
+    return sides // 3, others // 3
 
 
 def _outline(faces: Int64Array) -> list[tuple[int, int]]:
     """Return the edges that belong to one of some facets only."""
-    edges = edges_of(faces).reshape(-1, 2)
-    unique, use = np.unique(edges, axis=0, return_counts=True)
-    return [(a, b) for a, b in unique[use == 1].tolist()]
+    outer = edges_of(faces)[edge_uses(faces) == 1]
+    return [(a, b) for a, b in outer.tolist()]
 
 
 def _pieces_of_edges(

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exporters import slivers
-from exporters.edges import edges_of
+from exporters.edges import edge_uses, edges_of, shared_edges
+from packgen.arrays import unique_rows
 from packgen.bed import Bed, Box, Cone, Container, Mesh, Surface
 from packgen.errors import ExportError
 
@@ -80,10 +81,10 @@ def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> 
         ExportError: A facet has more neighbours than LIGGGHTS takes.
     """
     surface = container.surface
-    vertices, index = np.unique(surface.vertices, axis=0, return_inverse=True)
-    faces = index.reshape(-1)[surface.faces]
+    place, index = unique_rows(surface.vertices)
+    vertices, faces = surface.vertices[place], index[surface.faces]
     # Counted before facets are left out: the hairline that a narrow facet leaves does not open the surface.
-    _, use = np.unique(_edges(faces)[0], axis=0, return_counts=True)
+    open_edges = int((edge_uses(faces) == 1).sum())
     faces = faces[~on_periodic_side(container)]
     angle = smallest_angles(vertices, faces)
     vertices, faces = slivers.widened(vertices, faces, (angle > DEGENERATE_ANGLE) & (angle <= angle_min))
@@ -93,7 +94,7 @@ def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> 
     return Facets(
         triangles=vertices[kept],
         dropped=len(faces) - len(kept),
-        open_edges=int((use == 1).sum()),
+        open_edges=open_edges,
         smooth_angle=smooth_angle(Surface(vertices, kept), _on_sheets(container, vertices, kept)),
     )
 
@@ -112,7 +113,7 @@ def clean_facets(
         True for the facets to keep, shape (F,).
     """
     first = np.zeros(len(faces), dtype=bool)
-    first[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = True
+    first[unique_rows(np.sort(faces, axis=1))[0]] = True
     accepted: BoolArray = first & (smallest_angles(vertices, faces) > max(angle_min, DEGENERATE_ANGLE))
     return accepted
 
@@ -136,8 +137,11 @@ def _on_sheets(container: Container, vertices: Float64Array, faces: NDArray[np.i
     if not isinstance(container.shape, Mesh):
         return np.zeros(len(faces), dtype=bool)
     whole = container.shape.surface
-    _, group, count = np.unique(np.sort(whole.faces, axis=1), axis=0, return_inverse=True, return_counts=True)
-    corners = whole.vertices[np.unique(whole.faces[count[group.reshape(-1)] == 2])]
+    _, group = unique_rows(np.sort(whole.faces, axis=1))
+    twice = np.bincount(group)[group] == 2
+    if not twice.any():
+        return np.zeros(len(faces), dtype=bool)
+    corners = whole.vertices[np.unique(whole.faces[twice])]
     places = {tuple(each) for each in corners.tolist()}
     on_sheet = np.array([tuple(each) in places for each in vertices.tolist()], dtype=bool)
     return np.asarray(on_sheet[faces].all(axis=1))
@@ -170,21 +174,16 @@ def edge_angles(surface: Surface, both_sides: BoolArray | None = None) -> tuple[
     Returns:
         The angles [degrees], shape (E,), and whether the edge protrudes into the volume, shape (E,).
     """
-    edges, owners = _edges(surface.faces)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges, owners = edges[order], owners[order]
-    starts = (
-        np.flatnonzero(np.r_[True, (edges[1:] != edges[:-1]).any(axis=1)]) if len(edges) else np.zeros(0, int)
-    )
-    pairs = starts[np.diff(np.r_[starts, len(edges)]) == 2]
-    first, second = owners[pairs], owners[pairs + 1]
+    sides, others = shared_edges(surface.faces)
+    start = edges_of(surface.faces).reshape(-1, 2)[sides, 0]
+    first, second = sides // 3, others // 3
     corners = surface.vertices[surface.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     sine = np.linalg.norm(np.cross(normal[first], normal[second]), axis=1)
     angle = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", normal[first], normal[second])))
     # An edge protrudes when the far corner of one facet lies outside the plane of the other.
-    far = corners[second] - surface.vertices[edges[pairs, 0]][:, None]
+    far = corners[second] - surface.vertices[start][:, None]
     protrudes = np.einsum("ikj,ij->ik", far, normal[first]).sum(axis=1) > 0
     if both_sides is not None:
         protrudes |= both_sides[first] & both_sides[second]
@@ -272,14 +271,8 @@ def _ascii_chunks(facets: Float64Array) -> Iterator[str]:
         yield form * len(part) % tuple(part.ravel().tolist())
 
 
-def _edges(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    return edges_of(faces).reshape(-1, 2), np.repeat(np.arange(len(faces)), 3)
-
-
 def _check_neighbors(faces: NDArray[np.int64]) -> None:
-    edges, owners = _edges(faces)
-    _, inverse, use = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    neighbors = np.bincount(owners, weights=use[inverse.reshape(-1)] - 1, minlength=len(faces))
+    neighbors = (edge_uses(faces) - 1).sum(axis=1)
     crowded = int((neighbors > NEIGHBORS_MAX).sum())
     if crowded:
         raise ExportError(

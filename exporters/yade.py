@@ -25,7 +25,8 @@ import numpy as np
 from pydantic import Field
 
 from exporters import contact, deck, particulate, table, walls
-from exporters.edges import edges_of
+from exporters.edges import edge_uses
+from packgen.arrays import unique_rows
 from packgen.bed import Bed, Container, Material
 from packgen.errors import ExportError
 
@@ -207,11 +208,8 @@ def flat_walls(triangles: walls.Float64Array) -> list[tuple[int, float]]:
         triangles: Corners of the facets [m], shape (F, 3, 3), float64.
     """
     corners = triangles.reshape(-1, 3)
-    vertices, faces = np.unique(corners, axis=0, return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    edges = edges_of(faces).reshape(-1, 2)
-    _, inverse, use = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    is_open = (use[inverse.reshape(-1)] == 1).reshape(-1, 3).any(axis=1)
+    place, corner = unique_rows(corners)
+    vertices, is_open = corners[place], (edge_uses(corner.reshape(-1, 3)) == 1).any(axis=1)
     planes = []
     for axis in range(3):
         for position in (vertices[:, axis].min(), vertices[:, axis].max()):

@@ -11,9 +11,10 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 import packgen
+from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.bedfile import plain
-from packgen.check import Check, check_bed
+from packgen.check import Check, check_bed, wall_clearance
 from packgen.measure import (
     Contacts,
     Gaps,
@@ -32,6 +33,7 @@ from packgen.measure import (
     sizes,
     solid_fraction_with,
 )
+from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
 from packgen.validation.law import mean_weight
@@ -191,6 +193,7 @@ def build_report(
     zones: Sequence[ZoneOutcome] = (),
     laws: Sequence[SizeLaw | None] = (),
     check: Check | None = None,
+    clearance: Float64Array | None = None,
     threads: int | None = None,
 ) -> Report:
     """Measure a bed.
@@ -200,6 +203,8 @@ def build_report(
         zones: What was asked of each zone, and what was placed.
         laws: Size distribution of each particle set; may be left out.
         check: The check of this bed, where it has been made already.
+        clearance: Distance of each centre from the nearest wall [m], exact up to `WALL_REACH` radii, where it
+            is known; shape (N,).
         threads: Threads to use; None: two. The numbers do not depend on it.
 
     Returns:
@@ -215,13 +220,15 @@ def build_report(
     core = core_of(bed)
     # Each is a search of its own; the arrays they work through are long enough to leave the interpreter free.
     with ThreadPoolExecutor(threads or THREADS) as pool:
-        order = pool.submit(local_order, bed, core)
         radial = pool.submit(radial_profile, bed)
-        contacts = pool.submit(contacts_and_gaps, bed)
         correlation = pool.submit(pair_correlation, bed, core)
+        if clearance is None:
+            clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
+        order = pool.submit(local_order, bed, core, clearance)
+        contacts = pool.submit(contacts_and_gaps, bed, clearance=clearance)
         solid = pool.submit(solid_fraction_with, bed, core)
         profile = pool.submit(height_profile, bed)
-        forces = pool.submit(_step_zero, bed, found)
+        forces = pool.submit(_step_zero, bed, found, clearance)
     touching, gaps = contacts.result()
     return Report(
         packgen=packgen.__version__,
@@ -243,13 +250,13 @@ def build_report(
     )
 
 
-def _step_zero(bed: Bed, check: Check) -> PredictedForces | None:
+def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:
     """Return the predicted forces; where the check found no overlap at all, a second search finds none."""
     if not bed.gravity.any():
         return None
     if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
         return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)
-    return predicted_forces(bed)
+    return predicted_forces(bed, clearance)
 
 
 def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from packgen.arrays import add_at, read_only
+from packgen.arrays import add_at, distinct, read_only
 
 
 @pytest.mark.parametrize("index", [[], [3], [7, 3, 3, 9], [0, 9]], ids=str)
@@ -19,6 +19,11 @@ def test_values_are_added_as_often_as_their_place_is_named(index):
     add_at(counts, index)
     assert total == pytest.approx(expected)
     assert counts.tolist() == [int((index == place).sum()) for place in range(10)]
+
+
+def test_distinct_integers_come_rising_and_once():
+    assert distinct(np.array([5, -1, 5, 3, -1, 3, 3])).tolist() == [-1, 3, 5]
+    assert distinct(np.zeros(0, np.int64)).tolist() == []
 
 
 def test_what_is_read_only_cannot_be_written_and_has_the_shape_it_says():

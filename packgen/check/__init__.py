@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
 from packgen.check.walls import wall_clearance
@@ -84,11 +85,12 @@ def period(container: Container) -> tuple[float | None, float | None, float | No
     return x, y, z
 
 
-def check_bed(bed: Bed) -> Check:
+def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     """Check every pair and every wall of a bed.
 
     Args:
         bed: The bed as the core left it.
+        clearance: What `wall_clearance` gives of its spheres, where it is known; shape (N,).
 
     Returns:
         What was found; all zero for a bed without spheres.
@@ -107,7 +109,7 @@ def check_bed(bed: Bed) -> Check:
         if overlap[worst] > overlap_max:
             overlap_max = float(overlap[worst])
             worst_pair = (int(index[pairs.first[worst]]), int(index[pairs.second[worst]]))
-    clearance = wall_clearance(bed.container, position, radius)
+    clearance = wall_clearance(bed.container, position, radius) if clearance is None else clearance[index]
     depth = 1.0 - clearance / radius
     worst_wall = int(depth.argmax()) if len(depth) else 0
     in_wall = bool(len(depth)) and depth[worst_wall] > 0.0

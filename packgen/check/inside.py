@@ -2,8 +2,9 @@
 
 Space is cut into cells. A region of cells that no wall enters is on one side as a whole, and one point of it
 decides, by the solid angles of all triangles (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983,
-125). Points in the other cells count the signed crossings of two rays, and where those leave a doubt, solid
-angles decide again.
+125). A point in another cell is on the side of such a region where no wall is as near as one of its cells.
+What is left counts the signed crossings of two rays, and where those leave a doubt, solid angles decide
+again.
 """
 
 from __future__ import annotations
@@ -12,23 +13,25 @@ import numpy as np
 from scipy.ndimage import label, maximum_filter
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.check.pieces import candidates, piece_count, pieces
 
 CELLS_A_POINT = 250  # so many that few centres of spheres in a bed share a cell with a wall
 CELLS_MIN, CELLS_MAX = 20_000, 4_000_000
 PIECES_MAX = 2_000_000
+RINGS = 2  # cells around a point's own in which it looks for a region
 BLOCK_SIZE = 1_000_000  # point-triangle pairs held at a time
 # Directions that are along no edge of any mesh that people draw.
 RAYS = np.array([[0.28365421, -0.13972153, 0.94869273], [-0.91324517, 0.36481023, -0.18119206]])
 
 
-def inside(corners: Float64Array, position: Float64Array) -> np.ndarray:
+def inside(corners: Float64Array, position: Float64Array, distance: Float64Array | None = None) -> np.ndarray:
     """Return whether points are inside a closed surface.
 
     Args:
         corners: Triangles [m], counter-clockwise from outside, shape (F, 3, 3), float64.
         position: Points [m], shape (N, 3), float64.
+        distance: No triangle is nearer to each point than this [m], shape (N,); None: nothing is known.
 
     Returns:
         Whether each point is inside, shape (N,), bool.
@@ -38,7 +41,7 @@ def inside(corners: Float64Array, position: Float64Array) -> np.ndarray:
     near = np.flatnonzero(((position >= low) & (position <= high)).all(axis=1))
     if len(near) == 0:
         return result
-    region = _regions(corners, position[near], low, high)
+    region = _regions(corners, position[near], None if distance is None else distance[near], low, high)
     at_wall = near[region == 0]
     result[at_wall] = _by_rays(corners, position[at_wall])
     free = near[region > 0]
@@ -48,9 +51,13 @@ def inside(corners: Float64Array, position: Float64Array) -> np.ndarray:
 
 
 def _regions(
-    corners: Float64Array, position: Float64Array, low: Float64Array, high: Float64Array
+    corners: Float64Array,
+    position: Float64Array,
+    distance: Float64Array | None,
+    low: Float64Array,
+    high: Float64Array,
 ) -> Int64Array:
-    """Return the number of the wall-free region that each point lies in, 0 near a wall, shape (N,), int64."""
+    """Return the number of the wall-free region that each point is in or sees, 0 for none, (N,), int64."""
     extent = high - low
     cells = min(max(CELLS_A_POINT * len(position), CELLS_MIN), CELLS_MAX)
     size = float(np.cbrt(np.maximum(extent, 1e-6 * extent.max()).prod() / cells))
@@ -63,10 +70,32 @@ def _regions(
     walls[cell[:, 0], cell[:, 1], cell[:, 2]] = True
     # A piece reaches no farther than 0.71 cells from its middle.
     walls = maximum_filter(walls, size=3, mode="constant")
-    regions, _ = label(~walls)
+    regions = np.asarray(label(~walls)[0], dtype=np.int32)
     cell = np.clip(np.floor((position - low) / size).astype(np.int64), 0, count - 1)
     region: Int64Array = regions[cell[:, 0], cell[:, 1], cell[:, 2]].astype(np.int64)
+    if distance is not None:
+        _look_around(region, regions, position, distance, low, size)
     return region
+
+
+def _look_around(
+    region: Int64Array,
+    regions: Int32Array,
+    position: Float64Array,
+    distance: Float64Array,
+    low: Float64Array,
+    size: float,
+) -> None:
+    """Give points without a region that of a cell whose middle is nearer to them than any wall."""
+    cell = np.floor((position - low) / size).astype(np.int64)
+    steps = np.stack(np.meshgrid(*[np.arange(-RINGS, RINGS + 1)] * 3), axis=-1).reshape(-1, 3)
+    for step in steps[np.argsort((steps**2).sum(axis=1), kind="stable")]:
+        lost = np.flatnonzero(region == 0)
+        other = cell[lost] + step
+        apart = np.linalg.norm(low + (other + 0.5) * size - position[lost], axis=1)
+        seen = (apart < distance[lost] * (1.0 - 1e-9)) & ((other >= 0) & (other < regions.shape)).all(axis=1)
+        lost, other = lost[seen], other[seen]
+        region[lost] = regions[other[:, 0], other[:, 1], other[:, 2]]
 
 
 def _by_rays(corners: Float64Array, position: Float64Array) -> np.ndarray:

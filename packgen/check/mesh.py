@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Float64Array, Int64Array, unique_rows
+from packgen.arrays import Float64Array, Int64Array, distinct, unique_rows
 from packgen.check.inside import inside
 from packgen.check.pieces import candidates, pieces
 from packgen.geometry import Surface
@@ -46,9 +46,26 @@ class MeshWalls:
             np.minimum.at(distance, point, _point_triangle_distance(position[point], self._corners[face]))
         return distance
 
-    def contains(self, position: Float64Array) -> np.ndarray:
-        """Return whether each point (N, 3) [m] is inside, shape (N,), bool."""
-        return inside(self._corners, position)
+    def distance_least(self, position: Float64Array, error: float) -> Float64Array:
+        """Return a lower bound of the distance to the nearest triangle, wherever that is.
+
+        Args:
+            position: Points [m], shape (N, 3), float64.
+            error: How far the bound may fall short of the distance [m].
+
+        Returns:
+            Distance to the nearest of the balls that cover the triangles [m], shape (N,), float64; it may be
+            negative.
+        """
+        # The nearest point is in a ball, and each ball holds a point of the walls: at most twice a ball's
+        # radius is lost.
+        centre, size, _ = pieces(self._corners, error / np.sqrt(2.0))
+        nearest = cKDTree(centre, balanced_tree=False, compact_nodes=False).query(position)[0]
+        return np.asarray(nearest - float(size.max()))
+
+    def contains(self, position: Float64Array, distance: Float64Array | None = None) -> np.ndarray:
+        """Return whether each point (N, 3) [m] is inside, shape (N,), sooner where `distance` is known."""
+        return inside(self._corners, position, distance)
 
 
 def _lid_corners(surface: Surface) -> Float64Array:
@@ -79,7 +96,7 @@ def _lid_corners(surface: Surface) -> Float64Array:
 
 def _is_closed(edges: Int64Array, count: int) -> bool:
     """Tell whether every directed edge (E, 2) between ``count`` corners runs the other way as well."""
-    along, back = (np.unique(edges[:, first] * count + edges[:, 1 - first]) for first in (0, 1))
+    along, back = (distinct(edges[:, first] * count + edges[:, 1 - first]) for first in (0, 1))
     return np.array_equal(along, back)
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int64Array, distinct
 
 BLOCK_SIZE = 1_000_000  # point-triangle pairs held at a time: about 250 MB at the peak
 SLACK = 1.0 + 1e-9
@@ -101,7 +101,7 @@ def candidates(
         balls = cKDTree(centre[start:stop], balanced_tree=False, compact_nodes=False)
         pair = tree.sparse_distance_matrix(balls, float(reach[start:stop].max()), output_type="ndarray")
         pair = pair[pair["v"] <= reach[start:stop][pair["j"]]]
-        keys = np.unique(pair["i"] * width + triangle[start:stop][pair["j"]])
+        keys = distinct(pair["i"] * width + triangle[start:stop][pair["j"]])
         for block in range(0, len(keys), BLOCK_SIZE):
             point, face = np.divmod(keys[block : block + BLOCK_SIZE], width)
             yield point, face

@@ -80,5 +80,9 @@ def _polyhedron_clearance(polyhedron: Polyhedron, position: Float64Array) -> Flo
 
 def _mesh_clearance(mesh: Mesh, position: Float64Array, radius: Float64Array) -> Float64Array:
     walls = MeshWalls(mesh.surface)
+    clearance = np.full(len(position), np.nan)
+    sound = np.isfinite(position).all(axis=1)
+    position, radius = position[sound], radius[sound]
     distance = walls.distance(position, radius)
-    return np.where(walls.contains(position), distance, -distance)
+    clearance[sound] = np.where(walls.contains(position, distance), distance, -distance)
+    return clearance

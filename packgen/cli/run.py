@@ -129,8 +129,9 @@ def _names(given: Sequence[str]) -> list[str]:
 def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[Bed, Report]:
     """Pack the scene and measure the bed."""
     from packgen.arrange.pack import pack
-    from packgen.check import check_bed
+    from packgen.check import check_bed, wall_clearance
     from packgen.container import load_container
+    from packgen.measure.order import WALL_REACH
     from packgen.report import build_report
 
     warnings: list[str] = []
@@ -146,12 +147,16 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
             warn=partial(_warn, warnings),
         )
     with watch.stage("check"):
-        check = check_bed(result.bed)
+        bed = result.bed
+        clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
+        check = check_bed(bed, clearance)
         warnings += _unsupported(result, scene)
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
-        report = build_report(result.bed, zones=result.zones, laws=laws, check=check, threads=options.threads)
-    return result.bed, replace(report, warnings=tuple(warnings))
+        report = build_report(
+            bed, zones=result.zones, laws=laws, check=check, clearance=clearance, threads=options.threads
+        )
+    return bed, replace(report, warnings=tuple(warnings))
 
 
 def _warn(warnings: list[str], line: str) -> None:

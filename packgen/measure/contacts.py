@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import add_at
+from packgen.arrays import Float64Array, add_at
 from packgen.bed import Bed
 from packgen.check import near_pairs, period, wall_clearance
 
@@ -67,12 +67,16 @@ def contacts(bed: Bed, gaps: Sequence[float] = GAPS) -> tuple[Contacts, ...]:
     return contacts_and_gaps(bed, gaps)[0]
 
 
-def contacts_and_gaps(bed: Bed, gaps: Sequence[float] = GAPS) -> tuple[tuple[Contacts, ...], Gaps]:
+def contacts_and_gaps(
+    bed: Bed, gaps: Sequence[float] = GAPS, clearance: Float64Array | None = None
+) -> tuple[tuple[Contacts, ...], Gaps]:
     """Return the contacts a sphere, and the gaps of all near pairs: both from one search.
 
     Args:
         bed: The bed.
         gaps: Largest gaps that count as contacts, as fractions of the smaller radius, none below 0.
+        clearance: Distance of each centre from the nearest wall [m], exact as far as a contact, where it is
+            known; shape (N,).
 
     Returns:
         Contacts, one entry a gap of ``gaps``; pairs counted between `GAP_EDGES`.
@@ -87,7 +91,8 @@ def contacts_and_gaps(bed: Bed, gaps: Sequence[float] = GAPS) -> tuple[tuple[Con
         for place, gap in enumerate(gaps):
             for end in (pairs.first, pairs.second):
                 add_at(count[place], end[share <= gap])
-    clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + widest))
+    if clearance is None:
+        clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + widest))
     total = max(bed.count, 1)
     found = []
     for place, gap in enumerate(gaps):

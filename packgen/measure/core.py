@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from packgen.arrays import Float64Array, read_only
 from packgen.bed import Bed
 from packgen.check import wall_clearance
+from packgen.check.mesh import MeshWalls
 from packgen.geometry import Box, Mesh
 from packgen.measure.volumes import mean_diameter
 
@@ -141,22 +142,22 @@ def _half_width(bed: Bed, axes: Float64Array, center: Float64Array, margin: floa
 
 
 def _ball_core(bed: Bed, up: Float64Array, top: float, margin: float) -> Core | None:
-    """The cube in the largest ball around a sphere's centre that no wall and not the bed's top enters."""
+    """The cube in about the largest ball around a sphere's centre that no wall and not the top enters."""
     step = max(1, bed.count // 2000)  # the room between walls is wide compared with a sphere
     centers = np.asarray(bed.position[::step])
-    room = top - centers @ up
-    # Far walls of a mesh take long to find: only where none is near does the search go on.
-    searched, reach = np.arange(len(centers)), 4.0 * margin
-    while len(searched):
-        clearance = wall_clearance(bed.container, centers[searched], np.full(len(searched), reach))
-        room[searched] = np.minimum(room[searched], np.where(clearance < reach, clearance, np.inf))
-        searched, reach = searched[room[searched] > reach], 2.0 * reach
-    room -= margin
+    walls = MeshWalls(bed.container.surface)
+    room = np.minimum(walls.distance_least(centers, 0.25 * margin), top - centers @ up)
     best = int(room.argmax())
-    if room[best] <= 0.0:
+    if not walls.contains(centers[best : best + 1])[0]:  # so far out that all have to be asked
+        room[~walls.contains(centers)] = -np.inf
+        best = int(room.argmax())
+    if room[best] <= margin:
         return None
+    reach = np.array([room[best] + margin])
+    to_wall = float(walls.distance(centers[best : best + 1], reach)[0])
+    half = (min(to_wall, top - float(centers[best] @ up)) - margin) / np.sqrt(3.0)
     rule = f"a cube at least {margin:.4g} m away from walls and top"
-    return Core(centers[best], _frame(up), np.full(3, room[best] / np.sqrt(3.0)), rule)
+    return Core(centers[best], _frame(up), np.full(3, half), rule)
 
 
 def _frame(up: Float64Array) -> Float64Array:

@@ -69,7 +69,7 @@ def solid_fraction_with(bed: Bed, core: Core | None) -> SolidFraction:
     if bed.count == 0:
         return SolidFraction(float((bed.container.bounds @ up).min()), 0.0, 0.0, None, None, "no spheres")
     top = _top(bed, up)
-    filled_volume = container_volume_below(bed.container, up, top)
+    filled_volume = float(container_volume_below(bed.container, up, np.array([top]))[0])
     part = sphere_volume(bed.radius) if bed.endless else volume_below(bed.position @ up, bed.radius, top)
     solid = float(part.sum())
     return SolidFraction(

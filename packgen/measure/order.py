@@ -41,12 +41,14 @@ class LocalOrder:
     bonds: tuple[int, ...]
 
 
-def local_order(bed: Bed, core: Core | None) -> LocalOrder:
+def local_order(bed: Bed, core: Core | None, clearance: Float64Array | None = None) -> LocalOrder:
     """Return how much of a bed is crystal: of the whole, along the walls, and in its core.
 
     Args:
         bed: The bed.
         core: The core, such as `packgen.measure.core_of` gives.
+        clearance: Distance of each centre from the nearest wall [m], exact up to `WALL_REACH` radii, where it
+            is known; shape (N,).
 
     Returns:
         The shares; all zero for a bed without spheres.
@@ -54,7 +56,9 @@ def local_order(bed: Bed, core: Core | None) -> LocalOrder:
     bonds = crystal_bonds(bed)
     crystal = bonds >= BONDS_MIN
     reach = bed.radius * WALL_REACH
-    at_wall = wall_clearance(bed.container, bed.position, reach) < reach
+    if clearance is None:
+        clearance = wall_clearance(bed.container, bed.position, reach)
+    at_wall = clearance < reach
     return LocalOrder(
         crystal=_share(crystal, np.ones(bed.count, dtype=bool)) or 0.0,
         crystal_wall=_share(crystal, at_wall),

@@ -58,7 +58,7 @@ def height_profile(bed: Bed) -> HeightProfile:
     slabs = int(np.clip((high - low) / mean_diameter(radius), SLABS_MIN, SLABS_MAX))
     level = np.linspace(low, high, slabs + 1)
     solid = np.diff(_solid_below(height, radius, level))
-    room = np.diff([container_volume_below(bed.container, up, float(each)) for each in level])
+    room = np.diff(container_volume_below(bed.container, up, level))
     least = 1e-9 * float(room.max())
     return HeightProfile(
         tuple(level.tolist()),

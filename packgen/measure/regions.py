@@ -66,9 +66,7 @@ def slab_fraction(bed: Bed, axis: Float64Array, low: float, high: float) -> floa
     """
     axis = np.asarray(axis, dtype=np.float64)
     axis = axis / np.linalg.norm(axis)
-    room = container_volume_below(bed.container, axis, high) - container_volume_below(
-        bed.container, axis, low
-    )
+    room = float(np.diff(container_volume_below(bed.container, axis, np.array([low, high])))[0])
     if not room > 0.0:
         raise ValueError(f"slab from {low:g} to {high:g} m: the container has no volume there")
     position, radius = with_images(bed, along=axis)

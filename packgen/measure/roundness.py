@@ -65,7 +65,10 @@ def round_part(container: Container, up: Float64Array) -> RoundPart | None:
     height = vertices @ up
     corners = np.concatenate([flat - middle, height[:, None]], axis=1)[container.surface.faces]
     level = np.linspace(float(height.min()), float(height.max()), LEVELS + 2)[1:-1]
-    radius = np.array([_round_radius(corners, float(each)) for each in level])
+    low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+    radius = np.array(
+        [_round_radius(corners[(low <= each) & (high > each)], each) for each in level.tolist()]
+    )
     run = _longest_run(radius)
     if run is None:
         return None
@@ -75,10 +78,8 @@ def round_part(container: Container, up: Float64Array) -> RoundPart | None:
     )
 
 
-def _round_radius(corners: Float64Array, level: float) -> float:
-    """Radius [m] of the walls' outline at a level, by its area; not a number where it is not round."""
-    above = corners[:, :, 2] > level
-    cut = corners[above.any(axis=1) & ~above.all(axis=1)]
+def _round_radius(cut: Float64Array, level: float) -> float:
+    """Radius [m] of the outline of triangles (K, 3, 3) that a level cuts, by its area; nan if not round."""
     if len(cut) < 3:
         return np.nan
     above = cut[:, :, 2] > level

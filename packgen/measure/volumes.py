@@ -19,13 +19,13 @@ def mean_diameter(radius: Float64Array) -> float:
     return 2.0 * float((radius**4).sum() / (radius**3).sum())
 
 
-def volume_below(height: Float64Array, radius: Float64Array, level: float) -> Float64Array:
-    """Return the part of each sphere's volume below a level.
+def volume_below(height: Float64Array, radius: Float64Array, level: float | Float64Array) -> Float64Array:
+    """Return the part of each sphere's volume below a level, or below one of its own.
 
     Args:
         height: Heights of the centres [m], shape (N,), float64.
         radius: Sphere radii [m], shape (N,), float64.
-        level: Height of the cutting plane [m].
+        level: Height of the cutting plane [m], one or (N,).
 
     Returns:
         Volume below the plane [m3], shape (N,), float64: a spherical cap of depth t has pi t^2 (3 r - t) / 3.
@@ -35,8 +35,8 @@ def volume_below(height: Float64Array, radius: Float64Array, level: float) -> Fl
     return volume
 
 
-def container_volume_below(container: Container, up: Float64Array, level: float) -> float:
-    """Return the container's volume below a level.
+def container_volume_below(container: Container, up: Float64Array, level: Float64Array) -> Float64Array:
+    """Return the container's volume below each of some levels.
 
     Exact for a ball, for a cone or cylinder that stands along ``up``, and for everything bounded by planes; a
     cone that lies askew is measured by its triangles, scaled to its exact volume.
@@ -44,57 +44,80 @@ def container_volume_below(container: Container, up: Float64Array, level: float)
     Args:
         container: The vessel.
         up: Unit vector against gravity, shape (3,), float64.
-        level: Height ``up @ x`` of the cutting plane [m].
+        level: Heights ``up @ x`` of the cutting planes [m], shape (L,), float64.
 
     Returns:
-        Volume [m3].
+        Volumes [m3], shape (L,), float64.
     """
     shape = container.shape
     if isinstance(shape, Ball):
-        return float(volume_below(np.array([shape.center @ up]), np.array([shape.radius]), level)[0])
+        return volume_below(np.full(len(level), shape.center @ up), np.full(len(level), shape.radius), level)
     if isinstance(shape, Cone) and abs(abs(float(shape.axis @ up)) - 1.0) < 1e-12:
         return _cone_volume_below(shape, up, level)
     part = surface_volume_below(container.surface, up, level)
     if isinstance(shape, Cone):
-        part *= container.volume / surface_volume_below(container.surface, up, np.inf)
+        part *= container.volume / surface_volume_below(container.surface, up, np.array([np.inf]))
     return part
 
 
-def _cone_volume_below(cone: Cone, up: Float64Array, level: float) -> float:
-    """Volume of an upright frustum below a level: pi h (a^2 + a b + b^2) / 3 with the end radii a and b."""
+def _cone_volume_below(cone: Cone, up: Float64Array, level: Float64Array) -> Float64Array:
+    """Volume of an upright frustum below levels: pi h (a^2 + a b + b^2) / 3 with the end radii a and b."""
     upward = float(cone.axis @ up) > 0.0
     low = cone.radius_bottom if upward else cone.radius_top
     high = cone.radius_top if upward else cone.radius_bottom
     bottom = float(cone.base @ up) - (0.0 if upward else cone.height)
-    depth = min(max(level - bottom, 0.0), cone.height)
+    depth = np.clip(level - bottom, 0.0, cone.height)
     cut = low + (high - low) * depth / cone.height
-    return float(np.pi * depth * (low**2 + low * cut + cut**2) / 3.0)
+    volume: Float64Array = np.pi * depth * (low**2 + low * cut + cut**2) / 3.0
+    return volume
 
 
-def surface_volume_below(surface: Surface, up: Float64Array, level: float) -> float:
-    """Return the volume that a surface encloses below a level.
+def surface_volume_below(surface: Surface, up: Float64Array, level: Float64Array) -> Float64Array:
+    """Return the volume that a surface encloses below each of some levels.
 
     The surface is clipped by the plane; each remaining triangle spans a tetrahedron with a point of the
     plane, and their signed volumes add up to the enclosed one, since the cut itself spans none. So an open
-    top needs no lid as long as its rim is level.
+    top needs no lid as long as its rim is level. Triangles that are below a level as a whole are summed once
+    for all levels.
 
     Args:
         surface: Triangles seen from outside counter-clockwise.
         up: Unit vector against gravity, shape (3,), float64.
-        level: Height of the cutting plane [m]; above the surface's top: the whole volume up to the top.
+        level: Heights of the cutting planes [m], shape (L,), float64; above the surface's top: the whole
+            volume up to the top.
 
     Returns:
-        Volume [m3].
+        Volumes [m3], shape (L,), float64.
     """
     height = surface.vertices @ up
     top = float(height.max())
-    level = min(level, top)
-    origin = surface.vertices[int(height.argmax())] + (level - top) * up
-    reaches = height[surface.faces].min(axis=1) < level
-    corners = surface.vertices[surface.faces[reaches]] - origin
-    corners = _clipped(corners, corners @ up)
-    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
-    return float(volume)
+    highest = surface.vertices[int(height.argmax())]
+    # As seen from the highest corner, so that a vessel far from the origin keeps its digits.
+    corners = (surface.vertices - highest)[surface.faces]
+    reach = (height - top)[surface.faces]
+    low, high = reach.min(axis=1), reach.max(axis=1)
+    order = np.argsort(high)
+    area, spanned = (_running_sum(each) for each in _spanned(corners[order]))
+    volume = np.empty(len(level))
+    for place, depth in enumerate(np.minimum(level - top, 0.0)):
+        whole = int(np.searchsorted(high[order], depth, side="right"))
+        cut = (low < depth) & (high > depth)
+        apex = depth * up
+        parts = _clipped(corners[cut] - apex, reach[cut] - depth)
+        volume[place] = spanned[whole] - area[whole] @ apex + _spanned(parts)[1].sum()
+    return volume / 6.0
+
+
+def _running_sum(terms: Float64Array) -> Float64Array:
+    """Return the sums of the first 0, 1, 2, ... terms, shape (F + 1, ...)."""
+    return np.concatenate([np.zeros_like(terms[:1]), np.cumsum(terms, axis=0)])
+
+
+def _spanned(corners: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Return twice the area vector of triangles (F, 3, 3), and six times what they span with the origin."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    area = np.cross(b - a, c - a)
+    return area, np.einsum("ij,ij->i", a, area)
 
 
 def _clipped(corners: Float64Array, height: Float64Array) -> Float64Array:

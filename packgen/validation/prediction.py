@@ -49,8 +49,14 @@ class PredictedForces:
         return max(self.pair_force_max, self.wall_force_max)
 
 
-def predicted_forces(bed: Bed) -> PredictedForces:
-    """Return the largest step-0 forces of a bed; all zero for a bed without spheres."""
+def predicted_forces(bed: Bed, clearance: Float64Array | None = None) -> PredictedForces:
+    """Return the largest step-0 forces of a bed; all zero for a bed without spheres.
+
+    Args:
+        bed: The bed.
+        clearance: Distance of each centre from the nearest wall [m], exact up to a radius, where it is known;
+            shape (N,).
+    """
     if bed.count == 0:
         return PredictedForces(0.0, 0.0, None, 0, 0.0, None, 0, 0)
     weight = law.mean_weight(bed)
@@ -60,9 +66,10 @@ def predicted_forces(bed: Bed) -> PredictedForces:
         worst = int(force.argmax())
         if force[worst] > pair_force:
             pair_force, worst_pair = float(force[worst]), (int(first[worst]), int(second[worst]))
-    wall_force, clearance = np.zeros(bed.count), np.full(bed.count, np.inf)
-    if not all(bed.container.periodic):
+    if clearance is None:
         clearance = wall_clearance(bed.container, bed.position, bed.radius)
+    wall_force = np.zeros(bed.count)
+    if not all(bed.container.periodic):
         depth = np.where(np.isfinite(clearance), bed.radius - clearance, 0.0)
         wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index), bed.radius, depth)
     worst_wall = int(wall_force.argmax())

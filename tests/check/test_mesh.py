@@ -40,9 +40,33 @@ def test_points_of_an_hourglass_are_told_inside_from_outside():
     surely_in = across < hourglass_radius(points[:, 2]) * np.cos(np.pi / facets)
     surely_out = across > hourglass_radius(points[:, 2])
     between = (points[:, 2] > 0.0) & (points[:, 2] < 2.0)
-    inside = MeshWalls(revolved_surface(HOURGLASS, facets)).contains(points)
+    walls = MeshWalls(revolved_surface(HOURGLASS, facets))
+    inside = walls.contains(points)
     assert inside[surely_in & between].all()
     assert not inside[surely_out | ~between].any()
+    np.testing.assert_array_equal(walls.contains(points, walls.distance(points, np.full(3000, 0.2))), inside)
+
+
+def test_a_point_in_a_walls_cell_is_on_the_side_of_the_region_it_sees(monkeypatch):
+    left = []
+    monkeypatch.setattr(inside, "_by_rays", lambda _, points: left.append(len(points)) or points[:, 0] > 9.0)
+    walls = MeshWalls(revolved_surface(HOURGLASS, 24))
+    points = points_in([-0.9, -0.9, 0.05], [0.9, 0.9, 1.95], count=20_000)
+    distance = walls.distance(points, np.full(len(points), 0.2))
+    far = distance > 0.1
+    across = np.hypot(points[:, 0], points[:, 1])
+    found = walls.contains(points[far], distance[far])
+    np.testing.assert_array_equal(found, (across < hourglass_radius(points[:, 2]))[far])
+    assert left == [0]
+
+
+def test_the_least_distance_to_a_mesh_falls_short_by_no_more_than_allowed():
+    walls = MeshWalls(revolved_surface(HOURGLASS, 24))
+    points = points_in([-2, -2, -1], [2, 2, 3], count=500)
+    exact = walls.distance(points, np.full(len(points), 9.0))
+    short = exact - walls.distance_least(points, 0.1)
+    assert (short >= 0.0).all()
+    assert (short <= 0.1 + 1e-9).all()
 
 
 @pytest.mark.parametrize("kept", [slice(0, 10), slice(2, 12)])

@@ -161,16 +161,20 @@ def map_triangles(  # type: ignore[no-untyped-def]
                     z = origin[2] + (cz + 0.5) * size
                     for cy in range(low[1], high[1] + 1):
                         y = origin[1] + (cy + 0.5) * size
+                        across = (y - gy) ** 2 + (z - gz) ** 2
+                        if across >= far:
+                            continue
+                        # Of the row, what a ball around the centroid reaches.
+                        middle, half = (gx - origin[0]) / size - 0.5, math.sqrt(far - across) / size
                         first = (cz * cells[1] + cy) * cells[0]
-                        for cx in range(low[0], high[0] + 1):
+                        least_x = max(low[0], math.ceil(middle - half))
+                        for cx in range(least_x, min(high[0], math.floor(middle + half)) + 1):
                             cell = first + cx
                             if last[cell] == f:
                                 continue
                             x = origin[0] + (cx + 0.5) * size
                             # The distance to the centroid decides nearly always.
-                            square = (x - gx) ** 2 + (y - gy) ** 2 + (z - gz) ** 2
-                            if square >= far:
-                                continue
+                            square = (x - gx) ** 2 + across
                             if square >= radius * radius:
                                 px, py, pz = closest_on_triangle(x, y, z, piece)
                                 px, py, pz = px - x, py - y, pz - z

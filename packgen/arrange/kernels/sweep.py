@@ -185,6 +185,7 @@ def sweep(  # type: ignore[no-untyped-def]
             travel = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9 * radius
             keep_off = roughness * radius * wall_grain(identity[i])
         for _ in range(rounds):
+            pushed = False
             for k in range(wall_begin[i], wall_begin[i + 1]):
                 # No gap shrinks by more than the sphere moves: most features are still out of touch.
                 if wall_room[k] > travel + keep_off:
@@ -201,6 +202,11 @@ def sweep(  # type: ignore[no-untyped-def]
                     y += push * ny
                     z += push * nz
                     travel += push
+                    pushed = True
+                    if gentle <= 0.0:
+                        keep_off = 0.0  # what is left is to be put back inside, by fewer walls
+            if not pushed:
+                break
         ball[i, 0], ball[i, 1], ball[i, 2] = x, y, z
         dx = x - anchor[i, 0]
         dy = y - anchor[i, 1]
