@@ -13,12 +13,13 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import trimesh
 
 from exporters.meshcells import planes_of
 from packgen.check import check_bed
 from tests.beds import box_container, make_bed
 
-SCRIPTS = ("speed_against_error", "scaling", "bed_quality", "export_speed", "solver_agreement")
+SCRIPTS = ("speed_against_error", "scaling", "bed_quality", "export_speed", "facets", "solver_agreement")
 BENCHMARKS = Path(__file__).resolve().parent / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # the scripts' own helpers, as the scripts themselves find them
 columns = importlib.import_module("columns")
@@ -190,6 +191,27 @@ def test_export_speed_writes_each_format_in_a_process_of_its_own(tmp_path):
     assert all(int(row["bytes"]) > 20_000 * 32 for row in rows)
     assert all(float(row["processor_seconds"]) > 0 and float(row["extra_memory_MB"]) >= 0 for row in rows)
     assert "more than 2 s of processor time: none" in text
+
+
+@pytest.mark.slow
+def test_facets_packs_the_same_spheres_in_a_form_and_in_meshes_of_facets(tmp_path):
+    rows, text = run("facets", tmp_path, "--spheres", "300", "--facets", "2000", "--repeats", "2")
+    names = ["plain cylinder", "straight, 2,070 facets", "waisted, 2,070 facets"]
+    assert [row["vessel"] for row in rows] == 2 * names
+    assert {row["spheres"] for row in rows} == {"300"}
+    assert all(0.0 < float(row["arrange"]) < float(row["seconds"]) for row in rows)
+    assert text.splitlines()[0] == "What facets cost"
+
+
+@pytest.mark.parametrize("waist", [0.0, 0.02])
+def test_the_vessels_of_facets_are_closed_and_about_as_large_as_the_cylinder(tmp_path, waist):
+    script = importlib.import_module("facets")
+    count = script.write_mesh(tmp_path / "vessel.stl", 20_000, waist)
+    mesh = trimesh.load(tmp_path / "vessel.stl")
+    assert count == len(mesh.faces) == pytest.approx(20_000, rel=0.02)
+    assert mesh.is_watertight
+    assert mesh.is_convex == (waist == 0.0)
+    assert mesh.volume == pytest.approx(np.pi * script.RADIUS**2 * script.HEIGHT, rel=0.005)
 
 
 @pytest.mark.parametrize("kind", ["hexahedron", "tetra"])

@@ -17,6 +17,7 @@ from packgen.arrange.kernels.walls import (
     FEATURE_WIDTH,
     PLANE,
     TRIANGLE,
+    out_of_reach,
     wall_gap,
 )
 from packgen.arrange.seams import NO_SEAMS, Seams
@@ -96,7 +97,7 @@ def _map_grid(
 ) -> tuple[Float64Array, float, Int64Array]:
     extent = bounds[1] - bounds[0]
     # Many triangles: finer cells, so that a sphere looks at few that it cannot touch.
-    wanted, most = (1.0, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
+    wanted, most = (1.5, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
     size = max(wanted * radius_max, float(np.cbrt(np.prod(extent) / most)))
     return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
 
@@ -242,5 +243,7 @@ def least_gap(
         cz = min(max(int((z - map_origin[2]) / map_size), 0), map_cells[2] - 1)
         cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
         for k in range(map_start[cell], map_start[cell + 1]):
-            gap[i] = min(gap[i], wall_gap(kind[map_item[k]], row[map_item[k]], x, y, z, radius)[0])
+            feature = map_item[k]
+            if not out_of_reach(kind[feature], row[feature], x, y, z, radius + gap[i]):
+                gap[i] = min(gap[i], wall_gap(kind[feature], row[feature], x, y, z, radius)[0])
     return gap

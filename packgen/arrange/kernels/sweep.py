@@ -281,6 +281,8 @@ def sphere_overlaps(
         radius = scale * ball[i, 3]
         for k in range(wall_begin[i], wall_begin[i + 1]):
             feature = wall_item[k]
+            if out_of_reach(kind[feature], row[feature], ball[i, 0], ball[i, 1], ball[i, 2], radius):
+                continue
             gap = wall_gap(kind[feature], row[feature], ball[i, 0], ball[i, 1], ball[i, 2], radius)[0]
             if gap < 0.0:
                 overlap[i] = max(overlap[i], -gap / radius)
