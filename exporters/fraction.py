@@ -16,13 +16,12 @@ import json
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from exporters import cells, deck, meshcells, table
+from exporters import cells, deck, meshcells, table, vtkxml
 from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
 
@@ -133,36 +132,28 @@ def _write_mesh(
         both = [meshcells.mesh_volumes(position, radius, block.type, points[block.data]) for block in blocks]
     except ValueError as error:
         raise ExportError(f"{NAME}: mesh: {path}: {error}; split cells with warped faces first") from error
-    solid = [volume / size for volume, size in both]
-    data: dict[str, Any] = {"solid_fraction": solid, "void_fraction": [1 - each for each in solid]}
-    out = meshio.Mesh(points, [(block.type, block.data) for block in blocks], cell_data=data)
-    out.write(folder / "fraction.vtu")
+    solid = np.concatenate([volume / size for volume, size in both])
+    parts = [(block.type, block.data) for block in blocks]
+    data = {"solid_fraction": solid, "void_fraction": 1 - solid}
     paths = [
-        folder / "fraction.vtu",
-        _write_foam_field(folder / "0" / "voidfraction", 1 - np.concatenate(solid)),
+        vtkxml.write_unstructured(folder / "fraction.vtu", points, parts, cell_data=data),
+        _write_foam_field(folder / "0" / "voidfraction", 1 - solid),
     ]
     return paths, float(sum(volume.sum() for volume, _ in both))
 
 
 def _write_image(path: Path, grid: Grid, solid: Float64Array) -> Path:
-    """Write VTK's ImageData with its cell data appended raw ("VTK XML file formats", docs.vtk.org)."""
+    """Write a field as VTK's ImageData."""
     extent = " ".join(f"0 {count}" for count in grid.shape)
     origin, spacing = (" ".join(map(repr, each.tolist())) for each in (grid.low, grid.spacing))
-    form = '<DataArray type="Float64" Name="{}" format="appended" offset="{}"/>\n'
-    arrays = form.format("solid_fraction", 0) + form.format("void_fraction", 8 + solid.nbytes)
-    head = (
-        '<?xml version="1.0"?>\n'
-        '<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
-        f'<ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{spacing}">\n'
-        f'<Piece Extent="{extent}">\n<CellData Scalars="solid_fraction">\n{arrays}</CellData>\n'
-        '</Piece>\n</ImageData>\n<AppendedData encoding="raw">\n_'
+    data = {"solid_fraction": solid, "void_fraction": 1 - solid}
+    return vtkxml.write(
+        path,
+        "ImageData",
+        [vtkxml.Section("CellData", data, {"Scalars": "solid_fraction"})],
+        piece={"Extent": extent},
+        grid={"WholeExtent": extent, "Origin": origin, "Spacing": spacing},
     )
-    with path.open("wb") as file:
-        file.write(head.encode("ascii"))
-        for values in (solid, 1 - solid):
-            file.write(np.uint64(values.nbytes).tobytes() + values.astype("<f8").tobytes())
-        file.write(b"\n</AppendedData>\n</VTKFile>\n")
-    return path
 
 
 def _foam_head(kind: str, name: str) -> str:

@@ -1,7 +1,7 @@
 """How much of the spheres lies in each cell of a mesh, exactly.
 
-Most spheres are cut by one face of a cell or none, in a mesh of boxes by two or three at right angles: those
-have closed forms (`cuts`). The others, and cells that are not convex, are the library's (``overlap``).
+Cells that are convex with plane faces have closed forms (`convexcells`); all others are the library's
+(``overlap``), pair by pair.
 
 Reference: S. Strobl, A. Formella, T. Poeschel, Exact calculation of the overlap volume of spheres and mesh
 elements, J. Comput. Phys. 311 (2016) 158. Cells are hexahedra, wedges and tetrahedra with corners in VTK's
@@ -11,21 +11,19 @@ order. The library takes an element inside out for another one, so that those ar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, fields
 from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
-
-from exporters import cuts
 
 Float64Array = NDArray[np.float64]
 Int64Array = NDArray[np.int64]
 
 SPHERES_PER_CHUNK = 32768
 EXACT = 1.0e-12  # of a cell's size: how far corners of a plane face may lie off it
-UPRIGHT = 1.0e-12  # cosine of two faces at right angles
+CELLS_PER_BLOCK = 32768
+BOXES_A_CELL = 16.0  # in which a cell is listed, on average; in more the grid is too fine
 
 # The corners of an element seen as a mirror image, and the four corners whose triple product tells.
 MIRRORED = {
@@ -59,6 +57,12 @@ class Planes:
     plain: NDArray[np.bool_]
     volume: Float64Array
 
+    def of(self, cells: Int64Array) -> Planes:
+        """Return the planes of some cells (C,)."""
+        return Planes(
+            self.middle[cells], self.normal[cells], self.offset[cells], self.plain[cells], self.volume[cells]
+        )
+
 
 def mesh_volumes(
     position: Float64Array, radius: Float64Array, kind: str, corners: Float64Array
@@ -77,21 +81,63 @@ def mesh_volumes(
     Raises:
         ValueError: A cell has a warped face.
     """
+    planes = _planes_by_block(kind, corners)
+    volume, of_cell = np.zeros(len(corners)), planes.volume.copy()
+    plain, other = np.flatnonzero(planes.plain), np.flatnonzero(~planes.plain)
+    if len(plain):
+        volume[plain] = _convex_volumes(position, radius, kind, corners[plain], planes.of(plain))
+    if len(other):
+        volume[other], of_cell[other] = _library_volumes(position, radius, kind, corners[other])
+    return volume, of_cell
+
+
+def _convex_volumes(
+    position: Float64Array, radius: Float64Array, kind: str, corners: Float64Array, planes: Planes
+) -> Float64Array:
+    """Return the volume of spheres in each of some convex cells (C,) [m3]."""
+    from exporters.convexcells import add_balls, listed_cells
+
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    origin, extent = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
+    size = float(np.cbrt(np.maximum(extent, 1e-6 * extent.max()).prod() / len(corners)))
+    while True:
+        first, last = (np.floor((each - origin) / size).astype(np.int32) for each in (low, high))
+        if (last - first + 1).prod(axis=1, dtype=np.float64).mean() <= BOXES_A_CELL:
+            break
+        size *= 1.5
+    count = last.max(axis=0).astype(np.int64) + 1
+    start, item = listed_cells(first, last, count)
+    volume, relative = np.zeros(len(corners)), corners - planes.middle[:, None]
+    add_balls(
+        position, radius, planes.middle, np.abs(relative).max(axis=1), relative, np.array(FACES[kind]),
+        planes.normal, planes.offset, origin, size, count, first, start, item, volume,
+    )  # fmt: skip
+    return volume
+
+
+def _library_volumes(
+    position: Float64Array, radius: Float64Array, kind: str, corners: Float64Array
+) -> tuple[Float64Array, Float64Array]:
+    """Return the volume of spheres in each of some cells, and of the cells, by the library; (C,) [m3]."""
     import overlap
 
     element = {"hexahedron": overlap.Hexahedron, "wedge": overlap.Wedge, "tetra": overlap.Tetrahedron}[kind]
-    turned, planes = _right_side_out(kind, corners), planes_of(kind, corners)
-    body = cache(lambda cell: element(turned[cell]))
-    volume, of_cell = np.zeros(len(corners)), planes.volume.copy()
-    for index in np.flatnonzero(~planes.plain).tolist():
-        of_cell[index] = body(index).volume
-    for sphere, cell in _close_pairs(position, radius, corners):
-        share = closed_forms(position[sphere], radius[sphere], planes, cell)
-        for index in np.flatnonzero(np.isnan(share)).tolist():
-            ball = overlap.Sphere(position[sphere[index]], float(radius[sphere[index]]))
-            share[index] = overlap.overlap_volume(ball, body(int(cell[index])))
-        volume += np.bincount(cell, share, minlength=len(volume))
-    return volume, of_cell
+    bodies = [element(each) for each in _right_side_out(kind, corners)]
+    volume = np.zeros(len(corners))
+    for spheres, cells in _close_pairs(position, radius, corners):
+        for sphere, cell in zip(spheres.tolist(), cells.tolist(), strict=True):
+            ball = overlap.Sphere(position[sphere], float(radius[sphere]))
+            volume[cell] += overlap.overlap_volume(ball, bodies[cell])
+    return volume, np.array([body.volume for body in bodies])
+
+
+def _planes_by_block(kind: str, corners: Float64Array) -> Planes:
+    """Return what `planes_of` does, some cells at a time."""
+    parts = [
+        planes_of(kind, corners[start : start + CELLS_PER_BLOCK])
+        for start in range(0, len(corners), CELLS_PER_BLOCK)
+    ]
+    return Planes(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Planes)))
 
 
 def planes_of(kind: str, corners: Float64Array) -> Planes:
@@ -112,47 +158,6 @@ def planes_of(kind: str, corners: Float64Array) -> Planes:
     plain = (np.abs(own) <= slack[:, None, None]).all(axis=(1, 2))
     plain &= (below >= -slack[:, None, None]).all(axis=(1, 2)) & (length > 0.0).all(axis=(1, 2))
     return Planes(middle, normal, offset, plain, volume)
-
-
-def closed_forms(
-    position: Float64Array, radius: Float64Array, planes: Planes, cell: Int64Array
-) -> Float64Array:
-    """Return the volume of each sphere in its cell where a closed form has it, NaN elsewhere.
-
-    Args:
-        position: Sphere centres [m], shape (P, 3).
-        radius: Sphere radii [m], shape (P,).
-        planes: The planes of all cells.
-        cell: The cell of each pair, shape (P,).
-
-    Returns:
-        Volumes [m3], shape (P,), float64.
-    """
-    normal = planes.normal[cell]
-    depth = planes.offset[cell] - np.einsum("pfi,pi->pf", normal, position - planes.middle[cell])
-    depth /= radius[:, None]
-    cutting = depth < 1.0
-    count = np.where(planes.plain[cell], cutting.sum(axis=1), -1)
-    share = np.full(len(cell), np.nan)
-    share[count == 0] = cuts.BALL
-    share[(depth <= -1.0).any(axis=1) & (count >= 0)] = 0.0
-    left = np.isnan(share)
-    # What lies below a plane at x = a is what lies above its mirror image at -a.
-    order = np.argsort(~cutting, axis=1, kind="stable")[:, :3]
-    above, across = (
-        -np.take_along_axis(depth, order, axis=1),
-        np.take_along_axis(normal, order[:, :, None], axis=1),
-    )
-    one, two, three = (left & (count == number) for number in (1, 2, 3))
-    upright = np.abs(np.einsum("pi,pi->p", across[:, 0], across[:, 1])) < UPRIGHT
-    share[one] = cuts.cap(above[one, 0])
-    two &= upright
-    share[two] = cuts.wedge(above[two, 0], above[two, 1])
-    for first in (0, 1):
-        upright &= np.abs(np.einsum("pi,pi->p", across[:, first], across[:, 2])) < UPRIGHT
-    three &= upright
-    share[three] = cuts.corner(*(above[three, each] for each in range(3)))
-    return share * radius**3
 
 
 def _right_side_out(kind: str, corners: Float64Array) -> Float64Array:

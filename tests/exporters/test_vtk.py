@@ -54,8 +54,9 @@ def test_the_walls_are_a_closed_surface_of_the_containers_volume(tmp_path):
     assert wall.volume == pytest.approx(27)
 
 
-def test_meshio_reads_the_unstructured_form(tmp_path):
+def test_meshio_and_pyvista_read_the_unstructured_form(tmp_path):
     import meshio
+    import pyvista
 
     bed = mixed_bed()
     assert [path.name for path in vtk.write(bed, tmp_path, vtk.Options(unstructured=True))][2] == "bed.vtu"
@@ -63,6 +64,11 @@ def test_meshio_reads_the_unstructured_form(tmp_path):
     assert np.array_equal(mesh.points, bed.position)
     assert np.array_equal(mesh.point_data["radius"], bed.radius)
     assert mesh.cells_dict["vertex"].shape == (bed.count, 1)
+    grid = pyvista.read(tmp_path / "bed.vtu")
+    assert np.array_equal(grid.points, bed.position)
+    assert set(grid.celltypes) == {pyvista.CellType.VERTEX}
+    for name, values in vtk.sphere_arrays(bed).items():
+        assert np.array_equal(grid.point_data[name], values)
 
 
 def test_an_empty_bed_is_refused(tmp_path):

@@ -1,0 +1,150 @@
+"""VTK's XML files with their arrays appended raw: written as they lie in memory, without a copy.
+
+Format: "VTK XML file formats" (docs.vtk.org), byte order and widths said in the head.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+VTK_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
+# VTK's number of each kind of cell, by meshio's name.
+CELL_TYPES = {"vertex": 1, "tetra": 10, "hexahedron": 12, "wedge": 13}
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """An element of a piece, such as ``PointData``: its name, its arrays and its attributes.
+
+    Attributes:
+        name: Name of the element.
+        arrays: Arrays of shape (N,), or (N, components), by name.
+        attributes: Attributes of the element.
+    """
+
+    name: str
+    arrays: Arrays
+    attributes: Mapping[str, object] = field(default_factory=dict)
+
+
+def write(
+    path: Path,
+    dataset: str,
+    sections: Iterable[Section],
+    *,
+    piece: Mapping[str, object],
+    grid: Mapping[str, object] | None = None,
+) -> Path:
+    """Write a file of one piece.
+
+    Args:
+        path: The file.
+        dataset: ``PolyData``, ``UnstructuredGrid`` or ``ImageData``.
+        sections: What is in the piece, in order.
+        piece: Attributes of the piece, such as ``NumberOfPoints``.
+        grid: Attributes of the dataset.
+
+    Returns:
+        The path.
+    """
+    blocks: list[NDArray[Any]] = []
+    body = "".join(_section(each, blocks) for each in sections)
+    head = (
+        '<?xml version="1.0"?>\n'
+        f'<VTKFile type="{dataset}" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
+        f"<{dataset}{_attributes(grid or {})}>\n<Piece{_attributes(piece)}>\n{body}</Piece>\n</{dataset}>\n"
+        '<AppendedData encoding="raw">\n_'
+    )
+    with path.open("wb") as file:
+        file.write(head.encode("ascii"))
+        for block in blocks:
+            file.write(np.uint64(block.nbytes).tobytes())
+            file.write(np.ascontiguousarray(block).data)
+        file.write(b"\n</AppendedData>\n</VTKFile>\n")
+    return path
+
+
+def write_polydata(
+    path: Path, points: NDArray[np.float64], kind: str, cells: NDArray[np.int64], point_data: Arrays
+) -> Path:
+    """Write a PolyData file.
+
+    Args:
+        path: The file.
+        points: Positions [m], shape (N, 3).
+        kind: What the cells are: ``Verts`` or ``Polys``.
+        cells: Indices of the points of each cell, shape (C, k).
+        point_data: Arrays of shape (N,) by name.
+    """
+    offsets = np.arange(1, len(cells) + 1, dtype=np.int64) * cells.shape[1]
+    counts = {"Verts": 0, "Lines": 0, "Strips": 0, "Polys": 0, kind: len(cells)}
+    sections = (
+        *_points(points, point_data),
+        Section(kind, {"connectivity": cells.reshape(-1), "offsets": offsets}),
+    )
+    sizes = {"NumberOfPoints": len(points), **{f"NumberOf{name}": count for name, count in counts.items()}}
+    return write(path, "PolyData", sections, piece=sizes)
+
+
+def write_unstructured(
+    path: Path,
+    points: NDArray[np.float64],
+    blocks: Iterable[tuple[str, NDArray[np.int64]]],
+    *,
+    point_data: Arrays | None = None,
+    cell_data: Arrays | None = None,
+) -> Path:
+    """Write an UnstructuredGrid file.
+
+    Args:
+        path: The file.
+        points: Positions [m], shape (N, 3).
+        blocks: Kind (see `CELL_TYPES`) and indices of the points of each cell (C, k), block by block.
+        point_data: Arrays of shape (N,) by name.
+        cell_data: Arrays of shape (C of all blocks,) by name.
+    """
+    parts = [(CELL_TYPES[kind], np.asarray(cells, dtype=np.int64)) for kind, cells in blocks]
+    connectivity = [cells.reshape(-1) for _, cells in parts]
+    corners = np.concatenate([np.full(len(cells), cells.shape[1]) for _, cells in parts])
+    cells = {
+        "connectivity": connectivity[0] if len(parts) == 1 else np.concatenate(connectivity),
+        "offsets": np.cumsum(corners, dtype=np.int64),
+        "types": np.concatenate([np.full(len(cells), number, np.uint8) for number, cells in parts]),
+    }
+    sections = (
+        *_points(points, point_data or {}),
+        Section("Cells", cells),
+        Section("CellData", cell_data or {}),
+    )
+    sizes = {"NumberOfPoints": len(points), "NumberOfCells": len(corners)}
+    return write(path, "UnstructuredGrid", sections, piece=sizes)
+
+
+def _points(points: NDArray[np.float64], data: Arrays) -> tuple[Section, Section]:
+    active = {"Scalars": "diameter"} if "diameter" in data else {}
+    return Section("PointData", data, active), Section("Points", {"Points": points})
+
+
+def _section(section: Section, blocks: list[NDArray[Any]]) -> str:
+    """Return the text of a section, its arrays added to the blocks that follow."""
+    text = ""
+    for name, values in section.arrays.items():
+        start = sum(8 + block.nbytes for block in blocks)
+        form = {"type": VTK_TYPES[values.dtype.str[1:]], "Name": name}
+        if values.ndim == 2:
+            form["NumberOfComponents"] = str(values.shape[1])
+        text += f'<DataArray{_attributes(form)} format="appended" offset="{start}"/>\n'
+        blocks.append(values.astype(values.dtype.newbyteorder("<"), copy=False))
+    return f"<{section.name}{_attributes(section.attributes)}>\n{text}</{section.name}>\n"
+
+
+def _attributes(values: Mapping[str, object]) -> str:
+    return "".join(f' {name}="{value}"' for name, value in values.items())
