@@ -11,7 +11,7 @@ order. The library takes an element inside out for another one, so that those ar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
@@ -22,7 +22,7 @@ Int64Array = NDArray[np.int64]
 
 SPHERES_PER_CHUNK = 32768
 EXACT = 1.0e-12  # of a cell's size: how far corners of a plane face may lie off it
-CELLS_PER_BLOCK = 32768
+CELLS_PER_BLOCK = 16384  # cells whose planes are held at a time
 BOXES_A_CELL = 16.0  # in which a cell is listed, on average; in more the grid is too fine
 
 # The corners of an element seen as a mirror image, and the four corners whose triple product tells.
@@ -81,12 +81,18 @@ def mesh_volumes(
     Raises:
         ValueError: A cell has a warped face.
     """
-    planes = _planes_by_block(kind, corners)
-    volume, of_cell = np.zeros(len(corners)), planes.volume.copy()
-    plain, other = np.flatnonzero(planes.plain), np.flatnonzero(~planes.plain)
-    if len(plain):
-        volume[plain] = _convex_volumes(position, radius, kind, corners[plain], planes.of(plain))
-    if len(other):
+    volume, of_cell = np.zeros(len(corners)), np.zeros(len(corners))
+    for start in range(0, len(corners), CELLS_PER_BLOCK):
+        part = slice(start, start + CELLS_PER_BLOCK)
+        planes = planes_of(kind, corners[part])
+        of_cell[part] = planes.volume
+        if planes.plain.all():
+            volume[part] = _convex_volumes(position, radius, kind, corners[part], planes)
+            continue
+        plain, other = start + np.flatnonzero(planes.plain), start + np.flatnonzero(~planes.plain)
+        if len(plain):
+            some = planes.of(plain - start)
+            volume[plain] = _convex_volumes(position, radius, kind, corners[plain], some)
         volume[other], of_cell[other] = _library_volumes(position, radius, kind, corners[other])
     return volume, of_cell
 
@@ -129,15 +135,6 @@ def _library_volumes(
             ball = overlap.Sphere(position[sphere], float(radius[sphere]))
             volume[cell] += overlap.overlap_volume(ball, bodies[cell])
     return volume, np.array([body.volume for body in bodies])
-
-
-def _planes_by_block(kind: str, corners: Float64Array) -> Planes:
-    """Return what `planes_of` does, some cells at a time."""
-    parts = [
-        planes_of(kind, corners[start : start + CELLS_PER_BLOCK])
-        for start in range(0, len(corners), CELLS_PER_BLOCK)
-    ]
-    return Planes(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Planes)))
 
 
 def planes_of(kind: str, corners: Float64Array) -> Planes:
