@@ -44,6 +44,38 @@ def _along(d: float, e: float, c: float, low: float, high: float) -> float:
     return 0.5 * d * e * (high - low) - c * around_foot + around_center
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _edge(  # type: ignore[no-untyped-def]
+    ax: float, ay: float, az: float, tx: float, ty: float, tz: float, ox: float, oy: float, oz: float,
+    nx: float, ny: float, nz: float, d: float, c: float,
+):  # fmt: skip
+    """Return what an edge adds to a face's sum, whether the foot is on its inner side, whether that is sure.
+
+    All in radii: a is the edge's start as seen from the centre, t leads from there to its end and o to the
+    face's next corner; n is the face's normal, d its distance, and c is d (3 - d^2) / 2.
+    """
+    length = math.sqrt(tx * tx + ty * ty + tz * tz)
+    tx, ty, tz = tx / length, ty / length, tz / length
+    mx, my, mz = ty * nz - tz * ny, tz * nx - tx * nz, tx * ny - ty * nx
+    # Across the edge within the face, away from the next corner; along it, so that the face is on the left.
+    turn = -1.0 if mx * ox + my * oy + mz * oz > 0.0 else 1.0
+    away = turn * (mx * ax + my * ay + mz * az)
+    e = abs(away)
+    half = 1.0 - d * d - e * e
+    if half <= 0.0:
+        return 0.0, away >= 0.0, True
+    half = math.sqrt(half)
+    low = turn * (tx * ax + ty * ay + tz * az)
+    high = low + turn * length
+    if turn < 0.0:
+        low, high = high, low
+    if low >= half or high <= -half:
+        return 0.0, away >= 0.0, True
+    sure = e * e + min(d * d, low * low, high * high) >= NEAR * NEAR
+    part = _along(d, e, c, max(low, -half), min(high, half))
+    return (part if away >= 0.0 else -part), away >= 0.0, sure
+
+
 @njit(cache=True, error_model="numpy")
 def _ball_in_cell(  # type: ignore[no-untyped-def]
     x: float,
@@ -56,17 +88,17 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
     normal: NDArray[np.float64],
     offset: NDArray[np.float64],
 ):
-    """Return what `ball_in_cell` does, and whether rounding may have spoilt it."""
+    """Return what `ball_in_cell` does, and whether rounding cannot have spoilt it."""
     inside, cut = True, False
     for f in range(len(face)):
         depth = offset[cell, f] - normal[cell, f, 0] * x - normal[cell, f, 1] * y - normal[cell, f, 2] * z
         if depth <= -radius:
-            return 0.0, False
+            return 0.0, True
         inside = inside and depth >= 0.0
         cut = cut or depth < radius
     if not cut:
-        return BALL, False
-    total, scale, doubtful = 4.0 * math.pi * inside, 1.0 / radius, False
+        return BALL, True
+    total, scale, sure = 4.0 * math.pi * inside, 1.0 / radius, True
     for f in range(len(face)):
         nx, ny, nz = normal[cell, f, 0], normal[cell, f, 1], normal[cell, f, 2]
         height = scale * (offset[cell, f] - nx * x - ny * y - nz * z)
@@ -81,45 +113,19 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
                 continue
             if other == end:
                 other = face[f, (k + 3) % 4]
-            ax = scale * (corner[cell, start, 0] - x)
-            ay = scale * (corner[cell, start, 1] - y)
-            az = scale * (corner[cell, start, 2] - z)
-            tx, ty, tz = (
-                corner[cell, end, 0] - corner[cell, start, 0],
-                corner[cell, end, 1] - corner[cell, start, 1],
-                corner[cell, end, 2] - corner[cell, start, 2],
-            )
-            length = math.sqrt(tx * tx + ty * ty + tz * tz)
-            tx, ty, tz = tx / length, ty / length, tz / length
-            # Across the edge within the face, away from the face's next corner.
-            mx, my, mz = ty * nz - tz * ny, tz * nx - tx * nz, tx * ny - ty * nx
-            ox, oy, oz = (
-                corner[cell, other, 0] - corner[cell, start, 0],
-                corner[cell, other, 1] - corner[cell, start, 1],
-                corner[cell, other, 2] - corner[cell, start, 2],
-            )
-            turn = -1.0 if mx * ox + my * oy + mz * oz > 0.0 else 1.0
-            away = turn * (mx * ax + my * ay + mz * az)
-            foot_inside = foot_inside and away >= 0.0
-            e = abs(away)
-            half = 1.0 - d * d - e * e
-            if half <= 0.0:
-                continue
-            half = math.sqrt(half)
-            low = turn * (tx * ax + ty * ay + tz * az)
-            high = low + turn * length * scale
-            if turn < 0.0:
-                low, high = high, low
-            least = min(d * d, low * low, high * high)
-            doubtful = doubtful or (e * e + least < NEAR * NEAR and low < half and high > -half)
-            low, high = max(low, -half), min(high, half)
-            if low >= high:
-                continue
-            part = _along(d, e, c, low, high)
-            around += part if away >= 0.0 else -part
+            sx, sy, sz = corner[cell, start, 0], corner[cell, start, 1], corner[cell, start, 2]
+            part, on_inner_side, edge_sure = _edge(
+                scale * (sx - x), scale * (sy - y), scale * (sz - z), scale * (corner[cell, end, 0] - sx),
+                scale * (corner[cell, end, 1] - sy), scale * (corner[cell, end, 2] - sz),
+                corner[cell, other, 0] - sx, corner[cell, other, 1] - sy, corner[cell, other, 2] - sz,
+                nx, ny, nz, d, c,
+            )  # fmt: skip
+            around += part
+            foot_inside = foot_inside and on_inner_side
+            sure = sure and edge_sure
         around += 2.0 * math.pi * (c - 1.0) * foot_inside
         total += around if height >= 0.0 else -around
-    return min(max(total / 3.0, 0.0), BALL), doubtful
+    return min(max(total / 3.0, 0.0), BALL), sure
 
 
 @njit(cache=True, error_model="numpy")
@@ -151,8 +157,8 @@ def ball_in_cell(
         Volume over ``radius**3``, 0 to 4 pi / 3.
     """
     volume: float
-    volume, doubtful = _ball_in_cell(x, y, z, radius, cell, corner, face, normal, offset)
-    if not doubtful:
+    volume, sure = _ball_in_cell(x, y, z, radius, cell, corner, face, normal, offset)
+    if sure:
         return volume
     # Towards the cell's middle and away from it: off every edge and corner.
     step, volume = STEP * radius / max(math.sqrt(x * x + y * y + z * z), 1e-300), 0.0
