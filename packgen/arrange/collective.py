@@ -94,6 +94,7 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
         if len(pile) > placed:
             break
         # Walls as far apart as a sphere is wide leave no room for the gap that spheres are arranged with.
+        pile.unearth()
     return batch
 
 

@@ -237,6 +237,7 @@ class _Zone:
 
     def _surface(self, front: Spheres) -> Float64Array:
         """Return the tops of the bed's columns, spheres far above the new layer left out [m]."""
+        front = front[self._below_or_within(front)]
         altitude = front.position @ self.region.frame[2]
         highest = 1.5 * max(self.plan.first, 1.0) * self.plan.thickness * self.diameter
         below = altitude <= self.level + highest
@@ -264,6 +265,15 @@ class _Zone:
             self.level = self.base
         tops[~found] = self.level
         return tops
+
+    def _below_or_within(self, front: Spheres) -> NDArray[np.bool_]:
+        """Tell which spheres make the surface, (N,) bool: not those of zones beside this one, or above."""
+        made = np.ones(len(front), bool)
+        others = np.flatnonzero(front.zone_index != self.zone_index)
+        position = front.position[others]
+        below = position @ self.region.frame[2] < self.region.floor
+        made[others] = self.map.covers(position) & (below | (self.region.clearance(position, 0.0) > 0.0))
+        return made
 
     def _starts(self, tops: Float64Array) -> Float64Array:
         """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""

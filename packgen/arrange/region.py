@@ -221,6 +221,12 @@ class ColumnMap:
         place = np.clip(place, 0, np.array(self.shape) - 1)
         return np.asarray(place[:, 0] * self.shape[1] + place[:, 1])
 
+    def covers(self, position: Float64Array) -> NDArray[np.bool_]:
+        """Tell which points lie in some column, shape (N,)."""
+        place = (position @ self.frame[:2].T - self.corner) / self.width
+        inside = (place >= 0.0) & (place < np.array(self.shape))
+        return np.asarray((inside | np.array(self.wraps)).all(axis=1))
+
     def tops(self, position: Float64Array, radius: Float64Array) -> Float64Array:
         """Return the altitude of the highest sphere of each column [m], -inf where there is none."""
         tops = np.full(self.count, -np.inf)

@@ -268,3 +268,48 @@ def test_a_zone_above_the_bed_stands_on_its_own_floor(tmp_path):
     result = pack(scene, load_container(scene))
     assert [zone.placed for zone in result.zones] == [30, 40]
     assert (result.bed.position[result.bed.zone_index == 1, 2] >= 1.2 - 1e-9).all()
+
+
+def altitudes(bed, zone):
+    """Lowest and highest point of a zone's spheres [m]."""
+    own = bed.zone_index == zone
+    return (bed.position[own, 2] - bed.radius[own]).min(), (bed.position[own, 2] + bed.radius[own]).max()
+
+
+def across(axis, low, high):
+    return {"location": {"slice": {"axis": axis, "min_bound": low, "max_bound": high}}}
+
+
+@pytest.mark.parametrize("small_first", [True, False])
+def test_a_zone_that_is_full_already_takes_no_more_spheres(tmp_path, small_first):
+    radii = (0.025, 0.04) if small_first else (0.04, 0.025)
+    sets = [{"name": name, **constant(radius)} for name, radius in zip("ab", radii, strict=True)]
+    zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 30}]
+    result = run_scene(tmp_path, {"cylinder": {"radius": 0.2, "height": 0.4}}, sets, zones=zones)
+    assert result.zones[0].placed > 50
+    assert result.zones[1].placed < (1 if small_first else 30)
+
+
+def test_zones_side_by_side_both_fill_from_their_floor(tmp_path):
+    sets = [{"name": "a", **constant(0.02)}, {"name": "b", **constant(0.025)}]
+    zones = [
+        {**across("x", -0.2, 0.0), "set_proportions": [1, 0]},
+        {**across("x", 0.0, 0.2), "set_proportions": [0, 1]},
+    ]
+    bed = run_scene(tmp_path, box([-0.2, -0.1, 0], [0.2, 0.1, 0.4]), sets, zones=zones).bed
+    for zone, radius in ((0, 0.02), (1, 0.025)):
+        low, high = altitudes(bed, zone)
+        assert low < 0.01 * radius
+        assert high > 0.4 - radius
+        own = bed.zone_index == zone
+        filled = 4 / 3 * np.pi * (bed.radius[own] ** 3).sum() / (0.2 * 0.2 * 0.4)
+        assert filled > 0.45
+
+
+def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):
+    zones = [across("z", 0.3, 0.45), across("z", 0.0, 0.3)]
+    vessel = {"cylinder": {"radius": 0.15, "height": 0.5}}
+    bed = run_scene(tmp_path, vessel, constant(0.015), zones=zones).bed
+    low, high = altitudes(bed, 1)
+    assert low < 1e-4
+    assert high > 0.3 - 0.015
