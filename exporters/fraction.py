@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FilePath, model_validator
 
 from exporters import cells, deck, meshcells, table, vtkxml
 from packgen.bed import Bed, with_images
@@ -28,6 +28,7 @@ from packgen.errors import ExportError
 NAME = "fraction"
 CELL_DIAMETERS = 3.0  # of the mean diameter: what unresolved CFD-DEM asks of a cell at least
 CELLS_MAX = 50_000_000
+SHARE_ERROR = 1.0e-6  # of the spheres' volume
 
 Float64Array = NDArray[np.float64]
 
@@ -42,11 +43,19 @@ class Options(BaseModel):
         scale: Metres in one unit of the mesh.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     cell_size: float | None = Field(default=None, gt=0)
-    mesh: Path | None = None
+    mesh: FilePath | None = None
     scale: float = Field(default=1.0, gt=0)
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Options:
+        if self.mesh is not None and self.cell_size is not None:
+            raise ValueError("cell_size is of a grid, mesh takes the place of one; leave one of them out")
+        if self.mesh is None and "scale" in self.model_fields_set:
+            raise ValueError("scale is of a mesh; give mesh=FILE, or leave scale out")
+        return self
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,16 +71,19 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     """Write the field of a bed into an existing folder and return the paths of its files.
 
     Raises:
-        ExportError: The bed is empty, or the mesh cannot be read or has cells of another kind.
+        ExportError: The bed is empty, the mesh cannot be read or has cells of another kind, or it cannot be
+            the bed's: no sphere is in it, or more than there is.
     """
     deck.check_exportable(bed, NAME)
     position, radius = with_images(bed)
     (folder / "0").mkdir(exist_ok=True)
     if options.mesh is not None:
-        paths, volume = _write_mesh(position, radius, folder, options.mesh, options.scale)
+        field = mesh_field(position, radius, options.mesh, options.scale)
+        _check_share(options.mesh, field, bed)
+        paths, volume = _write_mesh(field, folder), float(field.volume.sum())
     else:
         paths, volume = _write_grid(bed, position, radius, folder, options.cell_size)
-    solid = 4 / 3 * np.pi * float((bed.radius**3).sum())
+    solid = solid_volume(bed)
     sums = {"spheres_volume": solid, "volume_in_cells": volume, "share_in_cells": volume / solid}
     paths.append(deck.write_text(folder / "fraction.json", json.dumps(sums, indent=2) + "\n"))
     return paths
@@ -100,19 +112,39 @@ def _write_grid(
     grid = choose_grid(bed, cell_size)
     volume = cells.grid_volumes(position, radius, grid.low, grid.spacing, grid.shape)
     # Both VTK and blockMesh count along x first.
-    solid = (volume / grid.spacing.prod()).ravel(order="F")
+    solid = _tidy((volume / grid.spacing.prod()).ravel(order="F"))
     (folder / "system").mkdir(exist_ok=True)
     paths = [
         _write_image(folder / "fraction.vti", grid, solid),
         _write_foam_field(folder / "0" / "voidfraction", 1 - solid),
-        deck.write_text(folder / "system" / "blockMeshDict", _block_mesh(grid)),
+        deck.write_text(folder / "system" / "blockMeshDict", _block_mesh(grid, bed.container.periodic)),
     ]
     return paths, float(volume.sum())
 
 
-def _write_mesh(
-    position: Float64Array, radius: Float64Array, folder: Path, path: Path, scale: float
-) -> tuple[list[Path], float]:
+@dataclass(frozen=True, eq=False, slots=True)
+class MeshField:
+    """The volume of spheres in the cells of a mesh.
+
+    Attributes:
+        points: The mesh's points [m], shape (P, 3).
+        blocks: Kind and points of the cells, block by block.
+        volume: Volume of spheres in each cell [m3], shape (C of all blocks,).
+        of_cell: Volume of each cell [m3].
+    """
+
+    points: Float64Array
+    blocks: list[tuple[str, NDArray[np.int64]]]
+    volume: Float64Array
+    of_cell: Float64Array
+
+
+def mesh_field(position: Float64Array, radius: Float64Array, path: Path, scale: float) -> MeshField:
+    """Return the volume of spheres (N, 3), (N,) [m] in the cells of a mesh with ``scale`` metres a unit.
+
+    Raises:
+        ExportError: The mesh cannot be read, has cells of another kind, or one without volume.
+    """
     import meshio
 
     try:
@@ -131,15 +163,49 @@ def _write_mesh(
     try:
         both = [meshcells.mesh_volumes(position, radius, block.type, points[block.data]) for block in blocks]
     except ValueError as error:
-        raise ExportError(f"{NAME}: mesh: {path}: {error}; split cells with warped faces first") from error
-    solid = np.concatenate([volume / size for volume, size in both])
-    parts = [(block.type, block.data) for block in blocks]
+        raise ExportError(f"{NAME}: mesh: {path}: {error}; mend the mesh") from error
+    volume, of_cell = (np.concatenate([each[part] for each in both]) for part in range(2))
+    return MeshField(points, [(block.type, block.data) for block in blocks], volume, of_cell)
+
+
+def solid_volume(bed: Bed) -> float:
+    """Return the volume of a bed's spheres [m3]."""
+    return 4 / 3 * np.pi * float((bed.radius**3).sum())
+
+
+def _check_share(path: Path, field: MeshField, bed: Bed) -> None:
+    """Raise an ExportError where a mesh cannot be the bed's."""
+    share = float(field.volume.sum()) / solid_volume(bed)
+    if share > 1 + SHARE_ERROR:
+        raise ExportError(
+            f"{NAME}: mesh: {path}: its cells hold {share:.6g} times the spheres' volume: some overlap, are "
+            "there twice, or reach beyond a periodic side; mend the mesh"
+        )
+    if share == 0:
+        low, high = (
+            np.array2string(each, precision=4) for each in (field.points.min(0), field.points.max(0))
+        )
+        raise ExportError(
+            f"{NAME}: mesh: {path}: no sphere is in it: it goes from {low} to {high} m, the container from "
+            f"{np.array2string(bed.container.bounds[0], precision=4)} to "
+            f"{np.array2string(bed.container.bounds[1], precision=4)} m; is fraction.scale right?"
+        )
+
+
+def _tidy(solid: Float64Array) -> Float64Array:
+    """Return solid fractions without what rounding leaves below 0 and above 1."""
+    solid = np.maximum(solid, 0.0)
+    solid[np.abs(solid - 1.0) < 1e-9] = 1.0
+    return solid
+
+
+def _write_mesh(field: MeshField, folder: Path) -> list[Path]:
+    solid = _tidy(field.volume / field.of_cell)
     data = {"solid_fraction": solid, "void_fraction": 1 - solid}
-    paths = [
-        vtkxml.write_unstructured(folder / "fraction.vtu", points, parts, cell_data=data),
+    return [
+        vtkxml.write_unstructured(folder / "fraction.vtu", field.points, field.blocks, cell_data=data),
         _write_foam_field(folder / "0" / "voidfraction", 1 - solid),
     ]
-    return paths, float(sum(volume.sum() for volume, _ in both))
 
 
 def _write_image(path: Path, grid: Grid, solid: Float64Array) -> Path:
@@ -164,11 +230,15 @@ def _write_foam_field(path: Path, values: Float64Array) -> Path:
     head = _foam_head("volScalarField", path.name) + (
         f"dimensions [0 0 0 0 0 0 0];\n\ninternalField nonuniform List<scalar>\n{len(values)}\n(\n"
     )
-    foot = ')\n;\n\nboundaryField\n{\n    ".*"\n    {\n        type zeroGradient;\n    }\n}\n'
+    # Cyclic, empty and other constraint patches get their own types, by OpenFOAM's own table.
+    foot = (
+        ')\n;\n\nboundaryField\n{\n    #includeEtc "caseDicts/setConstraintTypes"\n\n'
+        '    ".*"\n    {\n        type zeroGradient;\n    }\n}\n'
+    )
     return table.write_rows(path, [values], head=head, foot=foot)
 
 
-def _block_mesh(grid: Grid) -> str:
+def _block_mesh(grid: Grid, periodic: tuple[bool, bool, bool]) -> str:
     """Return the dictionary of one block whose cells blockMesh numbers along x first, as the field is."""
     high = grid.low + grid.spacing * grid.shape
     x, y, z = ((float(a), float(b)) for a, b in zip(grid.low, high, strict=True))
@@ -176,9 +246,18 @@ def _block_mesh(grid: Grid) -> str:
     corners = [corners[index] for index in (0, 1, 3, 2, 4, 5, 7, 6)]
     vertices = "\n".join(f"    ({a!r} {b!r} {c!r})" for a, b, c in corners)
     count = " ".join(map(str, grid.shape))
+    sides = ["(0 4 7 3)", "(1 2 6 5)"], ["(0 1 5 4)", "(3 7 6 2)"], ["(0 3 2 1)", "(4 5 6 7)"]
+    cyclic = "".join(
+        f"    {axis}_{end}\n    {{\n        type cyclic;\n        neighbourPatch {axis}_{other};\n"
+        f"        faces ({faces[place]});\n    }}\n"
+        for axis, faces, wraps in zip("xyz", sides, periodic, strict=True)
+        if wraps
+        for place, (end, other) in enumerate((("low", "high"), ("high", "low")))
+    )
     return (
         _foam_head("dictionary", "blockMeshDict")
         + f"scale 1;\n\nvertices\n(\n{vertices}\n);\n\n"
         + f"blocks\n(\n    hex (0 1 2 3 4 5 6 7) ({count}) simpleGrading (1 1 1)\n);\n\n"
-        + "edges ();\n\ndefaultPatch\n{\n    name walls;\n    type wall;\n}\n\nboundary ();\n"
+        + "edges ();\n\ndefaultPatch\n{\n    name walls;\n    type wall;\n}\n\n"
+        + f"boundary\n(\n{cyclic});\n"
     )

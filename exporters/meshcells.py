@@ -1,18 +1,13 @@
 """How much of the spheres lies in each cell of a mesh, exactly.
 
-Cells that are convex with plane faces have closed forms (`convexcells`); all others are the library's
-(``overlap``), pair by pair.
-
-Reference: S. Strobl, A. Formella, T. Poeschel, Exact calculation of the overlap volume of spheres and mesh
-elements, J. Comput. Phys. 311 (2016) 158. Cells are hexahedra, wedges and tetrahedra with corners in VTK's
-order. The library takes an element inside out for another one, so that those are turned first.
+Cells are hexahedra, wedges and tetrahedra with corners in VTK's order, right side out or inside out. A convex
+cell with plane faces is what lies below their planes. Of any other, warped, hollow or with corners that
+coincide, each face is a fan of triangles around its middle: the cells on both sides of a warped face agree.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,22 +15,18 @@ from numpy.typing import NDArray
 Float64Array = NDArray[np.float64]
 Int64Array = NDArray[np.int64]
 
-SPHERES_PER_CHUNK = 32768
 EXACT = 1.0e-12  # of a cell's size: how far corners of a plane face may lie off it
 CELLS_PER_BLOCK = 16384  # cells whose planes are held at a time
+OTHERS_PER_BLOCK = 4096  # of those with fans for faces
+EMPTY = 1.0e-13  # volume of a cell over its extent cubed that is none
+CROSSED = 1.0e-6  # volume below 0 of spheres in a cell that rounding does not explain, of the cell's
 BOXES_A_CELL = 16.0  # in which a cell is listed, on average; in more the grid is too fine
 
-# The corners of an element seen as a mirror image, and the four corners whose triple product tells.
-MIRRORED = {
-    "hexahedron": ([4, 5, 6, 7, 0, 1, 2, 3], [0, 1, 3, 4]),
-    "wedge": ([3, 4, 5, 0, 1, 2], [0, 1, 2, 3]),
-    "tetra": ([0, 2, 1, 3], [0, 1, 2, 3]),
-}
-# The corners of each face, the last one of a triangle twice.
+# The corners of each face, counter-clockwise from outside, the last one of a triangle twice.
 FACES = {
-    "hexahedron": [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
-    "wedge": [[0, 1, 2, 2], [3, 4, 5, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
-    "tetra": [[0, 1, 2, 2], [0, 1, 3, 3], [1, 2, 3, 3], [2, 0, 3, 3]],
+    "hexahedron": [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+    "wedge": [[0, 2, 1, 1], [3, 4, 5, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
+    "tetra": [[0, 2, 1, 1], [0, 1, 3, 3], [1, 2, 3, 3], [2, 0, 3, 3]],
 }
 
 
@@ -79,7 +70,7 @@ def mesh_volumes(
         Volume of spheres, and of the cell [m3], each of shape (C,).
 
     Raises:
-        ValueError: A cell has a warped face.
+        ValueError: A cell has no volume, or crosses itself; the message has its number among its kind.
     """
     volume, of_cell = np.zeros(len(corners)), np.zeros(len(corners))
     for start in range(0, len(corners), CELLS_PER_BLOCK):
@@ -87,21 +78,42 @@ def mesh_volumes(
         planes = planes_of(kind, corners[part])
         of_cell[part] = planes.volume
         if planes.plain.all():
-            volume[part] = _convex_volumes(position, radius, kind, corners[part], planes)
+            volume[part] = _in_cells(position, radius, corners[part], np.array(FACES[kind]), planes)
             continue
-        plain, other = start + np.flatnonzero(planes.plain), start + np.flatnonzero(~planes.plain)
+        plain, other = np.flatnonzero(planes.plain), np.flatnonzero(~planes.plain)
         if len(plain):
-            some = planes.of(plain - start)
-            volume[plain] = _convex_volumes(position, radius, kind, corners[plain], some)
-        volume[other], of_cell[other] = _library_volumes(position, radius, kind, corners[other])
+            here = corners[start + plain]
+            volume[start + plain] = _in_cells(position, radius, here, np.array(FACES[kind]), planes.of(plain))
+        for some in np.array_split(other, -(-len(other) // OTHERS_PER_BLOCK)):
+            split, faces = fans(kind, corners[start + some])
+            planes = fan_planes(split, faces)
+            of_cell[start + some] = np.abs(planes.volume)
+            found = _in_cells(position, radius, split, faces, planes)
+            volume[start + some] = np.where(planes.volume < 0.0, -found, found)
+    _check(kind, corners, volume, of_cell)
     return volume, of_cell
 
 
-def _convex_volumes(
-    position: Float64Array, radius: Float64Array, kind: str, corners: Float64Array, planes: Planes
+def _check(kind: str, corners: Float64Array, volume: Float64Array, of_cell: Float64Array) -> None:
+    extent = np.ptp(corners, axis=1).max(axis=1) if len(corners) else np.zeros(0)
+    wrong = ~(of_cell > EMPTY * extent**3)
+    if wrong.any():
+        raise ValueError(f"{kind} {int(wrong.argmax())} has no volume, {_others(wrong)}")
+    wrong = volume < -CROSSED * of_cell
+    if wrong.any():
+        raise ValueError(f"{kind} {int(wrong.argmax())} crosses itself, {_others(wrong)}")
+
+
+def _others(wrong: NDArray[np.bool_]) -> str:
+    count = int(np.count_nonzero(wrong)) - 1
+    return f"and {count:,} more" if count else "the only one"
+
+
+def _in_cells(
+    position: Float64Array, radius: Float64Array, corners: Float64Array, faces: Int64Array, planes: Planes
 ) -> Float64Array:
-    """Return the volume of spheres in each of some convex cells (C,) [m3]."""
-    from exporters.convexcells import add_balls, listed_cells
+    """Return the volume of spheres in each of some cells [m3], (C,); those that are not plain are fans."""
+    from exporters.ballcells import add_balls, listed_cells
 
     low, high = corners.min(axis=1), corners.max(axis=1)
     origin, extent = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
@@ -115,26 +127,44 @@ def _convex_volumes(
     start, item = listed_cells(first, last, count)
     volume, relative = np.zeros(len(corners)), corners - planes.middle[:, None]
     add_balls(
-        position, radius, planes.middle, np.abs(relative).max(axis=1), relative, np.array(FACES[kind]),
-        planes.normal, planes.offset, origin, size, count, first, start, item, volume,
+        position, radius, bool(planes.plain.all()), planes.middle, np.abs(relative).max(axis=1), relative,
+        faces, planes.normal, planes.offset, origin, size, count, first, start, item, volume,
     )  # fmt: skip
     return volume
 
 
-def _library_volumes(
-    position: Float64Array, radius: Float64Array, kind: str, corners: Float64Array
-) -> tuple[Float64Array, Float64Array]:
-    """Return the volume of spheres in each of some cells, and of the cells, by the library; (C,) [m3]."""
-    import overlap
+def fans(kind: str, corners: Float64Array) -> tuple[Float64Array, Int64Array]:
+    """Return cells with their faces as fans of triangles around the faces' middles.
 
-    element = {"hexahedron": overlap.Hexahedron, "wedge": overlap.Wedge, "tetra": overlap.Tetrahedron}[kind]
-    bodies = [element(each) for each in _right_side_out(kind, corners)]
-    volume = np.zeros(len(corners))
-    for spheres, cells in _close_pairs(position, radius, corners):
-        for sphere, cell in zip(spheres.tolist(), cells.tolist(), strict=True):
-            ball = overlap.Sphere(position[sphere], float(radius[sphere]))
-            volume[cell] += overlap.overlap_volume(ball, bodies[cell])
-    return volume, np.array([body.volume for body in bodies])
+    Args:
+        kind: ``hexahedron``, ``wedge`` or ``tetra``.
+        corners: Corners of each cell [m], shape (C, K, 3).
+
+    Returns:
+        (corners, then the middles of the faces, shape (C, K + F, 3); triangles, as `FACES` has faces).
+    """
+    faces, triangles = FACES[kind], []
+    middles = np.stack([corners[:, sorted(set(face))].mean(axis=1) for face in faces], axis=1)
+    for number, face in enumerate(faces):
+        around = list(dict.fromkeys(face))
+        middle = corners.shape[1] + number
+        triangles += [[a, b, middle, middle] for a, b in zip(around, [*around[1:], around[0]], strict=True)]
+    return np.concatenate([corners, middles], axis=1), np.array(triangles)
+
+
+def fan_planes(corners: Float64Array, faces: Int64Array) -> Planes:
+    """Return the planes of triangles of cells, (C, K, 3) [m]; volumes are negative of cells inside out."""
+    middle = corners.mean(axis=1)
+    relative = corners - middle[:, None]
+    a, b, c = (relative[:, faces[:, place]] for place in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=2)
+    volume = np.einsum("cfi,cfi->c", a, normal) / 6.0
+    size = np.abs(relative).max(axis=(1, 2))
+    flat = length <= EXACT * size[:, None] ** 2
+    normal /= np.where(flat, 1.0, length)[:, :, None]
+    offset = np.where(flat, np.inf, np.einsum("cfi,cfi->cf", normal, a))
+    return Planes(middle, normal, offset, np.zeros(len(corners), dtype=bool), volume)
 
 
 def planes_of(kind: str, corners: Float64Array) -> Planes:
@@ -154,38 +184,7 @@ def planes_of(kind: str, corners: Float64Array) -> Planes:
     slack = EXACT * np.abs(relative).max(axis=(1, 2))
     plain = (np.abs(own) <= slack[:, None, None]).all(axis=(1, 2))
     plain &= (below >= -slack[:, None, None]).all(axis=(1, 2)) & (length > 0.0).all(axis=(1, 2))
+    edge = np.linalg.norm(face - np.roll(face, 1, axis=2), axis=3)
+    is_edge = np.array(FACES[kind]) != np.roll(FACES[kind], 1, axis=1)
+    plain &= (edge > slack[:, None, None])[:, is_edge].all(axis=1)
     return Planes(middle, normal, offset, plain, volume)
-
-
-def _right_side_out(kind: str, corners: Float64Array) -> Float64Array:
-    """Return the corners of cells, of those that are inside out in the order of their mirror image."""
-    order, tetrahedron = MIRRORED[kind]
-    edges = corners[:, tetrahedron[1:]] - corners[:, tetrahedron[:1]]
-    inside_out = np.linalg.det(edges) < 0
-    turned = corners.copy()
-    turned[inside_out] = corners[inside_out][:, order]
-    return turned
-
-
-def _close_pairs(
-    position: Float64Array, radius: Float64Array, corners: Float64Array
-) -> Iterator[tuple[Int64Array, Int64Array]]:
-    """Yield, some at a time, spheres (P,) and the cells (P,) whose box they reach."""
-    from scipy.spatial import cKDTree
-
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    center, reach = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
-    octave = np.floor(np.log2(reach / reach.min())).astype(np.int64)
-    # A tree for each octave of cell size: a small cell is not looked for as far away as a large one.
-    for value in np.unique(octave):
-        members = np.flatnonzero(octave == value)
-        tree, farthest = cKDTree(center[members]), reach[members].max()
-        for start in range(0, len(radius), SPHERES_PER_CHUNK):
-            part = slice(start, start + SPHERES_PER_CHUNK)
-            near = tree.query_ball_point(position[part], radius[part] + farthest)
-            count = np.fromiter(map(len, near), np.int64, len(near))
-            cell = members[np.fromiter(chain.from_iterable(near), np.int64, int(count.sum()))]
-            sphere = start + np.repeat(np.arange(len(near)), count)
-            away = np.clip(position[sphere], low[cell], high[cell]) - position[sphere]
-            reached = np.einsum("pi,pi->p", away, away) < radius[sphere] ** 2
-            yield sphere[reached], cell[reached]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -13,6 +14,7 @@ from packgen.errors import ExportError
 
 MANIFEST = "report.json"  # its key "files" lists what the run wrote
 PAGE = "report.html"
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class ResultFolder:

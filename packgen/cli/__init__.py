@@ -20,6 +20,7 @@ from typing import NoReturn
 from packgen import __version__
 from packgen.cli.screen import DEBUG_VARIABLE, say
 from packgen.errors import PackgenError
+from packgen.results import DISK_FULL
 
 COMMANDS = ("report", "compare")
 EXIT_INTERRUPTED = 130
@@ -54,7 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail("interrupted, nothing was written", EXIT_INTERRUPTED)
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{place}{error.strerror or error}; nothing was written", 2)
+        remedy = "; make room, or choose another disk with -o" if error.errno in DISK_FULL else ""
+        return _fail(f"{place}{error.strerror or error}; nothing was written{remedy}", 2)
     except MemoryError:
         return _fail("not enough memory for this scene; nothing was written", 2)
     except Exception as error:  # the last line of defence: a traceback helps nobody but us

@@ -18,7 +18,7 @@ from packgen.cli.looks import write_looks
 from packgen.cli.progress import Listener, Share, show_progress
 from packgen.cli.screen import say, table
 from packgen.errors import ExportError, PackgenError, SolverError
-from packgen.results import ResultFolder
+from packgen.results import DISK_FULL, ResultFolder
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.arrange.pack import PackResult
@@ -74,8 +74,10 @@ def run_scene(options: argparse.Namespace) -> int:
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder:
         bed, report = _make(plan.scene, options, watch)
-        missed, verdict = _write(bed, plan, folder.path, options, watch)
-        report = replace(report, missed=(*report.missed, *missed), peak_memory=peak_memory())
+        warnings = list(report.warnings)
+        unreached, verdict = _write(bed, plan, folder.path, options, watch, warnings)
+        missed, warned = (*report.missed, *unreached), tuple(warnings)
+        report = replace(report, missed=missed, warnings=warned, peak_memory=peak_memory())
         name, page = folder.target.name, not options.no_report
         report = write_looks(bed, report, folder.path, name, watch, page=page, picture=options.picture)
         folder.commit()
@@ -96,6 +98,11 @@ def _plan(options: argparse.Namespace) -> _Plan:
     wanted = _names(options.export) + (list(solvers) if options.validate else [])
     if options.solver and not options.validate:
         raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")
+    if options.validate:
+        from packgen.validation import find_solver
+
+        for solver in solvers:
+            find_solver(solver)
     chosen = {name: exporters.get(name) for name in dict.fromkeys(wanted)}
     settings = export_settings(chosen, options.export_option, options.templates)
     if options.templates is not None and not options.templates.is_dir():
@@ -103,11 +110,6 @@ def _plan(options: argparse.Namespace) -> _Plan:
     scene = load_scene(options.scene)
     if options.seed is not None:
         scene = replace(scene, seed=options.seed)
-    if options.validate:
-        from packgen.validation import find_solver
-
-        for solver in solvers:
-            find_solver(solver)
     for exporter in chosen.values():
         # A format that refuses a material or a periodic box says so now, not when the bed is made.
         for name, value in (
@@ -181,7 +183,12 @@ def _unsupported(result: PackResult, scene: Scene) -> list[str]:
 
 
 def _write(
-    bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, watch: Stopwatch
+    bed: Bed,
+    plan: _Plan,
+    folder: Path,
+    options: argparse.Namespace,
+    watch: Stopwatch,
+    warnings: list[str],
 ) -> tuple[list[str], str]:
     """Write bed and decks, and let solvers confirm them; return what was not reached, and the verdicts."""
     from packgen.bedfile import save_bed
@@ -194,25 +201,36 @@ def _write(
             (folder / name).mkdir()
             try:
                 exporter.write(bed, folder / name, plan.settings[name])
-            except ExportError as error:
+            except (Exception, SystemExit) as error:
+                if getattr(error, "errno", None) in DISK_FULL:
+                    raise
                 # The bed is worth keeping, a deck that is not whole is not.
                 shutil.rmtree(folder / name)
-                missed.append(f"no {name} deck: {error}")
+                known = isinstance(error, ExportError)
+                why = (
+                    str(error)
+                    if known
+                    else f"its exporter or a template failed, {type(error).__name__}: {error}"
+                )
+                missed.append(f"no {name} deck: {why}")
     if not plan.solvers:
         return missed, ""
     with watch.stage("validate"):
-        unconfirmed, verdict = _validate(bed, plan, folder, options)
+        unconfirmed, verdict = _validate(bed, plan, folder, options, warnings)
     return missed + unconfirmed, verdict
 
 
-def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) -> tuple[list[str], str]:
+def _validate(
+    bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, warnings: list[str]
+) -> tuple[list[str], str]:
     """Let each solver confirm its deck; return what it did not confirm, and the verdicts as one table."""
     from packgen.validation import Limits, comparison, validate, validation_dict
 
     limits = Limits(**plan.scene.validation.model_dump())
     reports, errors = {}, {}
     for solver in plan.solvers:
-        if not (folder / solver).is_dir():  # no deck; why has been said
+        if not (folder / solver).is_dir():
+            errors[solver] = f"{solver}: has no deck to run"
             continue
         with show_progress(sys.stderr, quiet=options.quiet) as listener:
             tell = partial(_tell, listener, solver)
@@ -222,8 +240,13 @@ def _validate(bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace) 
                 )
             except SolverError as error:  # the bed is made and stays
                 errors[solver] = str(error)
+            except KeyboardInterrupt:
+                errors[solver] = f"{solver}: interrupted before it was done"
+                break
+        if solver in reports and reports[solver].unjudged:
+            warnings.append(reports[solver].unjudged)
     content = validation_dict(reports)
-    if errors or len(reports) < len(plan.solvers):
+    if errors:
         content |= {"passed": False, "errors": errors}
     text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "validation.json").write_text(text + "\n", encoding="utf-8")

@@ -193,6 +193,19 @@ class SolverReport:
         return not self.missed
 
     @property
+    def unjudged(self) -> str:
+        """What the run was too short to judge, and what to do; empty where all was judged."""
+        rows = [row.quantity for row in self.rows() if not row.judged]
+        if not rows:
+            return ""
+        run = self.gravity_run
+        share = 100 * run.steps / max(run.steps_wanted, 1)
+        return (
+            f"{self.solver}: not judged: {', '.join(rows)}: the gravity run came to {share:.2g} % of its "
+            "steps within validation.work_budget; raise that, or validate a smaller bed of the same kind"
+        )
+
+    @property
     def missed(self) -> tuple[str, ...]:
         """One line for each limit that was missed, naming the sphere where one is to blame."""
         blame = {"largest step-0 force": f" ({self.step_zero.blame()})", "spheres lost": self._blame_lost()}

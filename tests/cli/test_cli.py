@@ -261,6 +261,53 @@ def test_a_solver_that_crashes_leaves_the_bed_and_exit_code_1(scene, core, capsy
     assert Path("box/liggghts/in.bed").exists()
 
 
+@pytest.mark.parametrize("fault", [KeyError("x"), SystemExit(3), OSError("gone")], ids=repr)
+def test_an_exporter_that_fails_costs_its_deck_and_not_the_bed(scene, core, capsys, monkeypatch, fault):
+    core()
+
+    def write(*_):
+        raise fault
+
+    monkeypatch.setattr("exporters.csv.write", write)
+    assert main([scene, "--export", "csv,mfix", "--quiet"]) == 1
+    said = capsys.readouterr().err
+    assert "missed: no csv deck: its exporter or a template failed, " + type(fault).__name__ in said
+    assert sorted(path.name for path in Path("box").iterdir()) == [
+        "bed.npz",
+        "mfix",
+        "report.html",
+        "report.json",
+    ]
+
+
+def test_a_disk_that_fills_up_ends_the_run_with_a_remedy(scene, core, capsys, monkeypatch):
+    core()
+
+    def write(*_):
+        raise OSError(errno.ENOSPC, "No space left on device", "bed.csv")
+
+    monkeypatch.setattr("exporters.csv.write", write)
+    assert main([scene, "--export", "csv", "--quiet"]) == 2
+    assert "bed.csv: No space left on device; nothing was written; make room" in capsys.readouterr().err
+    assert not Path("box").exists()
+
+
+def test_a_validation_that_is_interrupted_leaves_the_bed(scene, core, capsys, monkeypatch):
+    core()
+
+    def validate(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("packgen.validation.find_solver", lambda _: Path("liggghts"))
+    monkeypatch.setattr("packgen.validation.validate", validate)
+    assert main([scene, "--validate", "--solver", "liggghts,yade", "--quiet"]) == 1
+    assert "missed: liggghts: interrupted before it was done" in capsys.readouterr().err
+    assert Path("box/bed.npz").is_file()
+    found = json.loads(Path("box/validation.json").read_text())
+    assert found["passed"] is False
+    assert list(found["errors"]) == ["liggghts"]
+
+
 @pytest.mark.parametrize(
     ("outcome", "code", "said"),
     [

@@ -89,13 +89,9 @@ def foam(folder, *command):
     return done.stdout
 
 
-@pytest.mark.solver
-@pytest.mark.skipif(shutil.which("foamToVTK") is None, reason="OpenFOAM is not installed")
-def test_openfoam_reads_the_field_on_the_grid_and_on_a_mesh_of_its_own(tmp_path):
-    pyvista = pytest.importorskip("pyvista")
-    bed = bed_of(100)
-    write(bed, tmp_path, cell_size=0.5)
-    (tmp_path / "system" / "controlDict").write_text(
+def write_foam_case(folder):
+    """The rest of what OpenFOAM's tools ask of a case."""
+    (folder / "system" / "controlDict").write_text(
         "FoamFile { version 2.0; format ascii; class dictionary; object controlDict; }\n"
         "application none; startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1;\n"
         "writeControl timeStep; writeInterval 1;\n"
@@ -104,9 +100,35 @@ def test_openfoam_reads_the_field_on_the_grid_and_on_a_mesh_of_its_own(tmp_path)
         "ddtSchemes{} gradSchemes{} divSchemes{} laplacianSchemes{} interpolationSchemes{} snGradSchemes{}"
     )
     for name, content in (("fvSchemes", schemes), ("fvSolution", "")):
-        (tmp_path / "system" / name).write_text(
+        (folder / "system" / name).write_text(
             f"FoamFile {{ version 2.0; format ascii; class dictionary; object {name}; }}\n{content}\n"
         )
+
+
+needs_foam = pytest.mark.skipif(shutil.which("foamToVTK") is None, reason="OpenFOAM is not installed")
+
+
+@pytest.mark.solver
+@needs_foam
+def test_the_sides_of_a_periodic_box_are_cyclic_for_openfoam(tmp_path):
+    box = box_container((0, 0, 0), (1, 1, 2), periodic=(True, True, False))
+    write(make_bed([[0.05, 0.5, 0.3], [0.5, 0.98, 1.5]], 0.2, box), tmp_path, cell_size=0.25)
+    write_foam_case(tmp_path)
+    patches = foam(tmp_path, "blockMesh")
+    assert [f"name: {axis}_{end}" in patches for axis in "xyz" for end in ("low", "high")] == 4 * [
+        True
+    ] + 2 * [False]
+    assert "Mesh OK" in foam(tmp_path, "checkMesh")
+    assert "Wrote" in foam(tmp_path, "foamToVTK", "-time", "0")
+
+
+@pytest.mark.solver
+@needs_foam
+def test_openfoam_reads_the_field_on_the_grid_and_on_a_mesh_of_its_own(tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    bed = bed_of(100)
+    write(bed, tmp_path, cell_size=0.5)
+    write_foam_case(tmp_path)
     assert "[ 0 0 0 0 0 0 0 ]" in foam(tmp_path, "foamDictionary", "-entry", "dimensions", "0/voidfraction")
     assert "nCells: 216" in foam(tmp_path, "blockMesh")
     assert "Mesh OK" in foam(tmp_path, "checkMesh")
@@ -186,13 +208,49 @@ def test_a_mesh_that_cannot_serve_is_refused(tmp_path):
     meshio.Mesh(points, [("pyramid", [[0, 1, 2, 3, 4]])]).write(tmp_path / "pyramid.vtu")
     with pytest.raises(ExportError, match="has pyramid, expected hexahedron, wedge, tetra"):
         write(bed_of(5), tmp_path, mesh=tmp_path / "pyramid.vtu")
-    warped = np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
-    warped[6] += 0.1
-    meshio.Mesh(warped, [("hexahedron", [list(range(8))])]).write(tmp_path / "warped.vtu")
-    with pytest.raises(ExportError, match="split cells with warped faces"):
-        write(bed_of(5), tmp_path, mesh=tmp_path / "warped.vtu")
+    flat = points[[0, 1, 2, 3]]
+    meshio.Mesh(flat, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "flat.vtu")
+    with pytest.raises(ExportError, match="tetra 0 has no volume, the only one; mend the mesh"):
+        write(bed_of(5), tmp_path, mesh=tmp_path / "flat.vtu")
+    (tmp_path / "none.unknown").write_text("?")
+    (tmp_path / "none.vtu").write_text("?")
     for name in ("none.vtu", "none.unknown"):
         with pytest.raises(ExportError, match=name):
             write(bed_of(5), tmp_path, mesh=tmp_path / name)
     with pytest.raises(ExportError, match="enlarge cell_size"):
         write(bed_of(5), tmp_path, cell_size=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"mesh": "nowhere.vtu"}, "mesh"),
+        ({"scale": 2.0}, "give mesh=FILE"),
+        ({"cell_size": float("inf")}, "cell_size"),
+        ({"cell_size": 0.1, "mesh": __file__}, "leave one of them out"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused_before_a_run(options, said):
+    with pytest.raises(ValueError, match=said):
+        fraction.Options(**options)
+
+
+def test_a_mesh_that_is_not_the_beds_is_refused(tmp_path):
+    import meshio
+
+    points, blocks = mesh_of("hexahedron")
+    meshio.Mesh(points + 50, list(blocks.items())).write(tmp_path / "away.vtu")
+    with pytest.raises(ExportError, match=r"no sphere is in it: it goes from \[50. 50. 50.\] to"):
+        write(bed_of(5), tmp_path, mesh=tmp_path / "away.vtu")
+    twice = np.concatenate([blocks["hexahedron"], blocks["hexahedron"]])
+    meshio.Mesh(points, [("hexahedron", twice)]).write(tmp_path / "twice.vtu")
+    with pytest.raises(ExportError, match="hold 2 times the spheres' volume"):
+        write(bed_of(5), tmp_path, mesh=tmp_path / "twice.vtu")
+
+
+def test_a_cell_inside_a_sphere_has_no_void(tmp_path):
+    bed = make_bed([[1.5, 1.5, 1.5]], 1.4, box_container((0, 0, 0), (3, 3, 3)))
+    write(bed, tmp_path, cell_size=0.2)
+    void = foam_values(tmp_path)
+    assert void.min() == 0.0
+    assert (void == 0.0).sum() > 500

@@ -7,8 +7,8 @@ import overlap
 import pytest
 
 from exporters import cuts
-from exporters.convexcells import BALL, ball_in_cell
-from exporters.meshcells import FACES, mesh_volumes, planes_of
+from exporters.ballcells import BALL, ball_in_cell
+from exporters.meshcells import FACES, fan_planes, fans, mesh_volumes, planes_of
 
 BOX = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float
@@ -39,7 +39,7 @@ def in_cell(kind, corners, center, radius):
     """Volume of a sphere in a cell by the closed form."""
     planes = planes_of(kind, corners[None])
     middle = planes.middle[0]
-    cells = (0, corners[None] - middle, np.array(FACES[kind]), planes.normal, planes.offset)
+    cells = (0, True, corners[None] - middle, np.array(FACES[kind]), planes.normal, planes.offset)
     return ball_in_cell(*(center - middle), radius, *cells) * radius**3
 
 
@@ -93,10 +93,98 @@ def test_the_cells_of_a_mesh_share_a_bed_out_without_a_rest():
     np.testing.assert_allclose(volume[::50], expected, rtol=0, atol=1e-13)
 
 
-def test_a_cell_with_a_warped_face_is_refused():
-    warped = BOX + 0.1 * (np.arange(8) == 6)[:, None]
-    with pytest.raises(ValueError, match="face"):
-        mesh_volumes(*spheres(warped, 3), "hexahedron", warped[None])
+def by_fans(kind, corners, position, radius):
+    """Volumes of spheres in a cell, one after the other, by triangles, and the cell's."""
+    split, faces = fans(kind, corners[None])
+    planes = fan_planes(split, faces)
+    middle = planes.middle[0]
+    cells = (0, False, split - middle, faces, planes.normal, planes.offset)
+    found = [ball_in_cell(*(at - middle), r, *cells) * r**3 for at, r in zip(position, radius, strict=True)]
+    return np.array(found), planes.volume[0]
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_fans_of_triangles_are_what_planes_are(name):
+    kind, corners = CELLS[name]
+    position, radius = spheres(corners, 1000)
+    # Centres on corners, edges and faces, and balls that touch those.
+    position = np.concatenate(
+        [position, corners, corners[:1] + np.linspace(0, 1, 9)[:, None] * (corners[1] - corners[0])]
+    )
+    radius = np.concatenate([radius, np.full(len(position) - len(radius), 0.3)])
+    found, volume = by_fans(kind, corners, position, radius)
+    expected = [in_cell(kind, corners, *each) for each in zip(position, radius, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+    assert volume == pytest.approx(ELEMENT[kind](corners).volume, rel=1e-12)
+
+
+def monte_carlo(inside, center, radius, count=400_000):
+    rng = np.random.default_rng(5)
+    points = center + radius * rng.uniform(-1, 1, (count, 3))
+    hit = (np.linalg.norm(points - center, axis=1) < radius) & inside(points)
+    return hit.mean() * 8 * radius**3
+
+
+def test_a_hollow_cell_is_filled_as_far_as_it_goes():
+    # A prism on a dart: the corner at (0.3, 0.3) is reflex.
+    base = np.array([[0, 0], [1, 0], [0.3, 0.3], [0, 1]], float)
+    dart = np.concatenate([np.column_stack([base, np.full(4, z)]) for z in (0.0, 1.0)])
+
+    def inside(points):
+        x, y, z = points.T
+        within = np.where(y <= x, 3 * x + 7 * y < 3, 7 * x + 3 * y < 3)
+        return (x > 0) & (y > 0) & (z > 0) & (z < 1) & within
+
+    volume, of_cell = mesh_volumes(np.array([[0.3, 0.35, 0.4]]), np.array([0.3]), "hexahedron", dart[None])
+    assert of_cell[0] == pytest.approx(0.3)
+    assert volume[0] == pytest.approx(monte_carlo(inside, [0.3, 0.35, 0.4], 0.3), abs=3e-4)
+
+
+def test_cells_with_warped_faces_share_a_bed_out_without_a_rest():
+    rng = np.random.default_rng(3)
+    number = np.arange(125).reshape(5, 5, 5)
+    points = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    inner = ((points > 0.01) & (points < 0.99)).all(axis=1)
+    points[inner] += rng.uniform(-0.07, 0.07, (int(inner.sum()), 3))
+    low = number[:4, :4, :4].ravel()
+    corners = points[low[:, None] + np.array([0, 25, 30, 5, 1, 26, 31, 6])]
+    radius = rng.uniform(0.02, 0.2, 100)
+    position = rng.uniform(radius[:, None], 1 - radius[:, None], (100, 3))
+    volume, of_cell = mesh_volumes(position, radius, "hexahedron", corners)
+    assert of_cell.sum() == pytest.approx(1.0, rel=1e-12)
+    assert volume.sum() == pytest.approx(BALL * (radius**3).sum(), rel=1e-11)
+    assert volume.min() > 0.0
+
+
+@pytest.mark.parametrize("digits", [np.float32, np.float64])
+def test_a_mesh_turned_and_rounded_is_a_mesh(digits):
+    box = BOX @ TURN
+    corners = np.array([(0.25 * box + shift).astype(digits) for shift in 0.25 * (BOX @ TURN)], float)
+    bed = spheres(box, 300)
+    volume, _ = mesh_volumes(*bed, "hexahedron", corners)
+    whole = sum(
+        overlap.overlap_volume(overlap.Sphere(*each), overlap.Hexahedron(0.5 * box))
+        for each in zip(*bed, strict=True)
+    )
+    assert volume.sum() == pytest.approx(whole, rel=1e-5)
+
+
+def test_a_hexahedron_with_corners_that_coincide_is_the_wedge_that_it_looks_like():
+    position, radius = spheres(WEDGE, 200)
+    wedge, of_wedge = mesh_volumes(position, radius, "wedge", WEDGE[None])
+    box, of_box = mesh_volumes(position, radius, "hexahedron", WEDGE[[0, 1, 2, 2, 3, 4, 5, 5]][None])
+    assert of_box == pytest.approx(of_wedge)
+    assert box == pytest.approx(wedge, rel=1e-9)
+
+
+def test_a_cell_without_volume_or_one_that_crosses_itself_is_named():
+    position, radius = spheres(BOX, 100)
+    flat = np.stack([TETRA, TETRA * [1, 1, 0]])
+    with pytest.raises(ValueError, match="tetra 1 has no volume, the only one"):
+        mesh_volumes(position, radius, "tetra", flat)
+    bowtie = BOX[[0, 1, 3, 2, 4, 5, 7, 6]] + 0.2 * np.arange(8)[:, None] * [0.1, 0.0, 0.0]
+    with pytest.raises(ValueError, match=r"hexahedron 0 (has no volume|crosses itself)"):
+        mesh_volumes(position, radius, "hexahedron", bowtie[None])
 
 
 @pytest.mark.parametrize("name", CELLS)

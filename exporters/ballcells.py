@@ -1,4 +1,4 @@
-"""How much of each ball lies in each convex cell of a mesh: one loop over balls, cells and faces.
+"""How much of each ball lies in each cell of a mesh: one loop over balls, cells and faces.
 
 By Gauss' theorem, three times the volume of the unit ball's part within a polyhedron is its area on the
 sphere plus, for each face, the face's distance from the centre times the area of the face within the ball.
@@ -7,14 +7,16 @@ signed), the integrals are elementary. With d the distance of a face, e that of 
 place along the edge as seen from the foot of its own perpendicular, no farther than the ball's surface at
 sqrt(1 - d^2 - e^2),
 
-    3 V = 4 pi [centre inside] + sum over cut faces of sign(d) { 2 pi (c - 1) [foot inside the face]
+    3 V = solid angle of the cell around the centre
+          + sum over cut faces of sign(d) { 2 pi (c - 1) [foot inside the face]
           + sum over cut edges of sign(e) { g(l at the end) - g(l at the start) } },
 
     c = d (3 - d^2) / 2,   g(l) = d e l / 2 - c atan(l / e) + atan(d l / (e sqrt(d^2 + e^2 + l^2))).
 
 Faces and edges beyond the ball drop out: the angles that they span around the centre and around a foot add
-up to 4 pi and 2 pi, or to nothing. Where the centre is on an edge, or a foot on a corner, angles between
-vectors of no length decide; there the volume, which is smooth, is interpolated from centres beside it.
+up. Faces are plane and convex; the cell need not be convex, but of one that is the planes tell whether the
+centre is inside. Where the centre is on an edge, or a foot on a corner, angles between vectors of no length
+decide; there the volume, which is smooth, is interpolated from centres beside it.
 """
 
 from __future__ import annotations
@@ -76,6 +78,30 @@ def _edge(  # type: ignore[no-untyped-def]
     return (part if away >= 0.0 else -part), away >= 0.0, sure
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _solid_angle(  # type: ignore[no-untyped-def]
+    x: float, y: float, z: float, cell: int, a: int, b: int, c: int, corner: NDArray[np.float64]
+):
+    """Return the solid angle of a triangle as seen from a point, 0 to 2 pi.
+
+    Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125.
+    """
+    ax, ay, az = corner[cell, a, 0] - x, corner[cell, a, 1] - y, corner[cell, a, 2] - z
+    bx, by, bz = corner[cell, b, 0] - x, corner[cell, b, 1] - y, corner[cell, b, 2] - z
+    cx, cy, cz = corner[cell, c, 0] - x, corner[cell, c, 1] - y, corner[cell, c, 2] - z
+    length_a = math.sqrt(ax * ax + ay * ay + az * az)
+    length_b = math.sqrt(bx * bx + by * by + bz * bz)
+    length_c = math.sqrt(cx * cx + cy * cy + cz * cz)
+    top = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    bottom = (
+        length_a * length_b * length_c
+        + (ax * bx + ay * by + az * bz) * length_c
+        + (bx * cx + by * cy + bz * cz) * length_a
+        + (cx * ax + cy * ay + cz * az) * length_b
+    )
+    return 2.0 * math.atan2(abs(top), bottom)
+
+
 @njit(cache=True, error_model="numpy")
 def _ball_in_cell(  # type: ignore[no-untyped-def]
     x: float,
@@ -83,6 +109,7 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
     z: float,
     radius: float,
     cell: int,
+    convex: bool,
     corner: NDArray[np.float64],
     face: NDArray[np.int64],
     normal: NDArray[np.float64],
@@ -92,19 +119,30 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
     inside, cut = True, False
     for f in range(len(face)):
         depth = offset[cell, f] - normal[cell, f, 0] * x - normal[cell, f, 1] * y - normal[cell, f, 2] * z
-        if depth <= -radius:
+        if convex and depth <= -radius:
             return 0.0, True
         inside = inside and depth >= 0.0
-        cut = cut or depth < radius
+        cut = cut or abs(depth) < radius
+    total = 4.0 * math.pi * inside
+    if not convex:
+        total = 0.0
+        for f in range(len(face)):
+            height = (
+                offset[cell, f] - normal[cell, f, 0] * x - normal[cell, f, 1] * y - normal[cell, f, 2] * z
+            )
+            if height < math.inf:
+                angle = _solid_angle(x, y, z, cell, face[f, 0], face[f, 1], face[f, 2], corner)
+                # Of a point on a face rounding tells the side, here and below the same one.
+                total += angle if height >= 0.0 else -angle
     if not cut:
-        return BALL, True
-    total, scale, sure = 4.0 * math.pi * inside, 1.0 / radius, True
+        return total / 3.0, True
+    scale, sure = 1.0 / radius, True
     for f in range(len(face)):
         nx, ny, nz = normal[cell, f, 0], normal[cell, f, 1], normal[cell, f, 2]
         height = scale * (offset[cell, f] - nx * x - ny * y - nz * z)
-        if height >= 1.0:
-            continue
         d = abs(height)
+        if d >= 1.0:
+            continue
         c = 0.5 * d * (3.0 - d * d)
         foot_inside, around = True, 0.0
         for k in range(4):
@@ -125,7 +163,7 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
             sure = sure and edge_sure
         around += 2.0 * math.pi * (c - 1.0) * foot_inside
         total += around if height >= 0.0 else -around
-    return min(max(total / 3.0, 0.0), BALL), sure
+    return total / 3.0, sure
 
 
 @njit(cache=True, error_model="numpy")
@@ -135,12 +173,13 @@ def ball_in_cell(
     z: float,
     radius: float,
     cell: int,
+    convex: bool,
     corner: NDArray[np.float64],
     face: NDArray[np.int64],
     normal: NDArray[np.float64],
     offset: NDArray[np.float64],
 ) -> float:
-    """Return the volume of a ball within a convex polyhedron, in units of the radius cubed.
+    """Return the volume of a ball within a polyhedron, in units of the radius cubed.
 
     Args:
         x: Centre of the ball, from the polyhedron's middle [m].
@@ -148,25 +187,27 @@ def ball_in_cell(
         z: The same.
         radius: Its radius [m].
         cell: Which of the polyhedra.
+        convex: Whether they are convex; else the first three corners of each face are counter-clockwise from
+            outside, and all faces triangles.
         corner: Corners of each from its middle [m], shape (C, K, 3).
         face: Corners of each face in order around it, the last one of a triangle twice, shape (F, 4).
         normal: Outward unit normals, shape (C, F, 3).
-        offset: Distance of each face's plane from the middle [m], shape (C, F).
+        offset: Distance of each face's plane from the middle [m], shape (C, F); infinite: no face.
 
     Returns:
-        Volume over ``radius**3``, 0 to 4 pi / 3.
+        Volume over ``radius**3``.
     """
     volume: float
-    volume, sure = _ball_in_cell(x, y, z, radius, cell, corner, face, normal, offset)
+    volume, sure = _ball_in_cell(x, y, z, radius, cell, convex, corner, face, normal, offset)
     if sure:
         return volume
     # Towards the cell's middle and away from it: off every edge and corner.
     step, volume = STEP * radius / max(math.sqrt(x * x + y * y + z * z), 1e-300), 0.0
     for share, weight in ((-2.0, -1.0), (-1.0, 4.0), (1.0, 4.0), (2.0, -1.0)):
         to = 1.0 + share * step
-        part = _ball_in_cell(to * x, to * y, to * z, radius, cell, corner, face, normal, offset)[0]
+        part = _ball_in_cell(to * x, to * y, to * z, radius, cell, convex, corner, face, normal, offset)[0]
         volume += weight * part / 6.0
-    return min(max(volume, 0.0), BALL)
+    return volume
 
 
 @njit(cache=True, error_model="numpy")
@@ -209,6 +250,7 @@ def listed_cells(  # type: ignore[no-untyped-def]
 def add_balls(
     position: NDArray[np.float64],
     radius: NDArray[np.float64],
+    convex: bool,
     middle: NDArray[np.float64],
     half: NDArray[np.float64],
     corner: NDArray[np.float64],
@@ -228,6 +270,7 @@ def add_balls(
     Args:
         position: Centres of the balls [m], shape (N, 3).
         radius: Their radii [m], shape (N,).
+        convex: As for `ball_in_cell`.
         middle: Middle of each cell [m], shape (C, 3).
         half: How far each cell reaches from its middle along x, y, z at most [m], shape (C, 3).
         corner: Corners of each cell from its middle [m], shape (C, K, 3).
@@ -270,5 +313,5 @@ def add_balls(
                         beyond_z = max(abs(z) - half[cell, 2], 0.0)
                         if beyond_x**2 + beyond_y**2 + beyond_z**2 >= radius[i] ** 2:
                             continue
-                        share = ball_in_cell(x, y, z, radius[i], cell, corner, face, normal, offset)
+                        share = ball_in_cell(x, y, z, radius[i], cell, convex, corner, face, normal, offset)
                         volume[cell] += share * radius[i] ** 3
