@@ -32,6 +32,9 @@ STALLED_MAX = 3
 NARROW_SHARE = 0.4
 """Where fewer of the places that are half inside the walls are wholly inside, spheres start half inside."""
 
+STARTS_A_SPHERE, STARTS_MIN = 200.0, 200_000.0
+"""Places that are looked at for each sphere when few are left, and at least."""
+
 TRIES_MIN = 8
 """Spheres that a layer has to try for its failure to count in full: a narrow tube has room for one."""
 
@@ -282,7 +285,11 @@ class _Zone:
         low = max(float(tops.min()), self.level - thickness)
         least, most = region.rectangle()
         density = self.spare * START_FRACTION / self.supply.mean_volume
-        count = int(self.rng.poisson(density * float(np.prod(most - least)) * (top - low)))
+        mean = density * float(np.prod(most - least)) * (top - low)
+        if self.supply.remaining is not None:
+            # Of a few spheres in a wide vessel: the lowest of so many places are low enough.
+            mean = min(mean, max(STARTS_A_SPHERE * self.spare * self.supply.remaining, STARTS_MIN))
+        count = int(self.rng.poisson(mean))
         points = self._open(region.sample(self.rng, count, low, top), tops)
         if len(points) == 0:
             points = self._open(region.sample(self.rng, SEARCH_POINTS, low, top), tops)[:1]

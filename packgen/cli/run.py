@@ -140,14 +140,19 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
     with watch.stage("container"):
         container = load_container(scene, warnings.append)
     with watch.stage("arrange"), show_progress(sys.stderr, quiet=options.quiet) as listener:
-        result = pack(
-            scene,
-            container,
-            on_progress=listener,
-            threads=options.threads,
-            device=options.device,
-            warn=partial(_warn, warnings),
-        )
+        try:
+            result = pack(
+                scene,
+                container,
+                on_progress=listener,
+                threads=options.threads,
+                device=options.device,
+                warn=partial(_warn, warnings),
+            )
+        except PackgenError:
+            for line in warnings:  # what was mended or looks odd may well be why
+                say(f"packgen: warning: {line}", sys.stderr)
+            raise
     with watch.stage("check"):
         bed = result.bed
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)

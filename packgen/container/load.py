@@ -14,6 +14,7 @@ from packgen.container.meshfile import read_surface
 from packgen.container.openings import why_no_vessel
 from packgen.container.primitives import ball_surface, box_surface, cone_surface
 from packgen.container.shells import Vessel, sorted_vessel
+from packgen.container.steel import steel_remark
 from packgen.container.topology import stitched
 from packgen.errors import GeometryError
 from packgen.geometry import (
@@ -134,6 +135,9 @@ def _mesh(
         warn(f"{spec.path.name}: {vessel.turned} facets turned to agree with their neighbours")
     for sentence in vessel.notes:
         warn(f"{spec.path.name}: {sentence}")
+    steel = steel_remark(vessel.closed, vessel.volume, hull.volume, up)
+    if steel is not None:
+        warn(f"{spec.path.name}: {steel}")
     simple = vessel.shells == 1 and vessel.sheets == 0
     if simple and is_convex(vessel.closed, hull.volume, vessel.volume):
         shape = hull.shape()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ from packgen.errors import GeometryError
 from packgen.geometry import Surface
 
 TRIMESH_SUFFIXES = {".stl", ".ply", ".obj", ".off"}
-FACETS_MAX = 5_000_000
+BYTES_MAX = 500_000_000  # ten million facets as a binary STL; a larger file is no wall that a bed needs
 
 
 def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[str, ...]]:
@@ -33,8 +35,16 @@ def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[s
         raise GeometryError(f"{place}: no such file: {path}; expected a mesh file (paths start at the scene)")
     if not path.is_file():
         raise GeometryError(f"{place}: {path} is not a file; expected a mesh file such as furnace.stl")
+    size = path.stat().st_size
+    if size > BYTES_MAX:
+        raise GeometryError(
+            f"{place}: {path.name} has {size / 1e6:,.0f} MB, expected at most {BYTES_MAX / 1e6:,.0f} MB; a "
+            "coarser mesh will do"
+        )
     try:
-        vertices, faces = _load(path)
+        # Libraries print on a screen that is not theirs what their errors say anyway.
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), np.errstate(all="ignore"):
+            vertices, faces = _load(path)
     except GeometryError:
         raise
     except MemoryError:
@@ -43,6 +53,8 @@ def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[s
         if isinstance(error, KeyboardInterrupt):
             raise
         reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
+        if isinstance(error, SystemExit):
+            reason = "unknown format"
         raise GeometryError(
             f"{place}: {path.name} cannot be read as a mesh ({reason}); is it complete and of the format its "
             "ending says?"
@@ -58,27 +70,40 @@ def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[s
 
 
 def _load(path: Path) -> tuple[Float64Array, Int64Array]:
+    source: Any = str(path)
     if path.suffix.lower() == ".stl":
-        _check_binary_stl_length(path)
+        source = _whole_stl(path)
     if path.suffix.lower() in TRIMESH_SUFFIXES:
         import trimesh
 
-        mesh: Any = trimesh.load_mesh(str(path), process=False, maintain_order=True)
+        kind = path.suffix.lower()[1:]
+        mesh: Any = trimesh.load_mesh(source, file_type=kind, process=False, maintain_order=True)
         return np.asarray(mesh.vertices, float).reshape(-1, 3), np.asarray(mesh.faces, np.int64).reshape(
             -1, 3
         )
     return _load_with_meshio(path)
 
 
-def _check_binary_stl_length(path: Path) -> None:
+def _whole_stl(path: Path) -> str | io.BytesIO:
+    """Return an STL file, without what stands behind its triangles; ValueError where it is cut short."""
+    size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(84)
-    size = path.stat().st_size
-    if len(head) == 84 and not head.lstrip().lower().startswith(b"solid"):
+        file.seek(max(size - 512, 0))
+        tail = file.read()
+    if head.lstrip().lower().startswith(b"solid") and b"\0" not in head:
+        if b"endsolid" not in tail.lower():
+            raise ValueError("cut short: its text does not end with endsolid")
+        return str(path)
+    if len(head) == 84:
         count = int.from_bytes(head[80:84], "little")
         wanted = 84 + 50 * count
         if wanted > size:
             raise ValueError(f"cut short: {count} triangles announced need {wanted} bytes, found {size}")
+        if wanted < size:
+            with path.open("rb") as file:
+                return io.BytesIO(file.read(wanted))
+    return str(path)
 
 
 def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
@@ -88,20 +113,30 @@ def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
     points = np.asarray(mesh.points, float)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
-    volume = [block for block in mesh.cells if block.type in {"tetra", "hexahedron", "wedge", "pyramid"}]
-    if volume:
-        return points, _boundary(volume)
+    # A mesh of volumes has its boundary in it; the surfaces that some programs add say it again.
+    most = max((block.dim for block in mesh.cells), default=0)
+    blocks = [block for block in mesh.cells if block.dim == most]
+    known = {2: ("triangle", "quad", "polygon"), 3: tuple(CELL_FACES)}.get(most, ())
+    strange = sorted({block.type for block in blocks if not block.type.startswith(known)} | _curved(blocks))
+    if strange or not blocks or not known:
+        found = ", ".join(strange) or ", ".join(sorted({block.type for block in mesh.cells})) or "nothing"
+        raise ValueError(
+            f"it holds {found}, expected triangles, quads or other polygons, or the volume cells "
+            f"{', '.join(CELL_FACES)}, all with straight edges; export it so"
+        )
+    if most == 3:
+        return points, _boundary(blocks)
     flat = []
-    for block in mesh.cells:
+    for block in blocks:
         data = np.asarray(block.data, np.int64)
-        if block.type == "triangle":
-            flat.append(data)
-        elif block.type == "quad":
-            flat.extend([data[:, [0, 1, 2]], data[:, [0, 2, 3]]])
-    if not flat:
-        kinds = ", ".join(sorted({str(block.type) for block in mesh.cells})) or "nothing"
-        raise ValueError(f"it holds {kinds}, expected triangles, quads or volume cells")
+        flat += [data[:, [0, k, k + 1]] for k in range(1, data.shape[1] - 1)]
     return points, np.concatenate(flat)
+
+
+def _curved(blocks: list[Any]) -> set[str]:
+    """Return the kinds of cells with points between their corners, such as triangle6."""
+    straight = {"triangle", "quad", *CELL_FACES}
+    return {each.type for each in blocks if each.type not in straight and not each.type.startswith("polygon")}
 
 
 CELL_FACES = {

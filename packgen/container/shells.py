@@ -25,7 +25,7 @@ from packgen.container.topology import (
 )
 from packgen.geometry import Surface
 
-SAMPLES = 48
+SAMPLES = 128
 """Points of a body that are looked at to tell whether it lies within another."""
 
 STRICTLY = 0.9
@@ -248,10 +248,7 @@ def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
 
     depth, crossing = [0] * len(shells), []
     for index, shell in enumerate(shells):
-        vertices = shell.walls.vertices
-        middle = vertices[shell.walls.faces].mean(axis=1)
-        points = np.concatenate([vertices, middle])
-        points = points[np.linspace(0, len(points) - 1, min(SAMPLES, len(points))).astype(int)]
+        points = _spread_points(shell.walls)
         for larger in shells[:index]:
             low, high = larger.closed.vertices.min(axis=0), larger.closed.vertices.max(axis=0)
             near = ((points > low) & (points < high)).all(axis=1)
@@ -264,6 +261,19 @@ def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
                     if beyond.any() or (winding < 1.0 - STRICTLY).any():
                         crossing.append(index)
     return depth, crossing
+
+
+def _spread_points(surface: Surface) -> Float64Array:
+    """Return `SAMPLES` points of a surface, as many on any part of it as its area has (N, 3) [m]."""
+    corners = surface.vertices[surface.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    rng = np.random.default_rng(0)
+    a, b, c = np.moveaxis(corners[rng.choice(len(corners), SAMPLES, p=area / area.sum())], 1, 0)
+    first, second = rng.random((2, SAMPLES, 1))
+    folded = first + second > 1.0
+    first, second = np.where(folded, 1.0 - first, first), np.where(folded, 1.0 - second, second)
+    points: Float64Array = a + first * (b - a) + second * (c - a)
+    return points
 
 
 def _notes(shells: list[_Shell], depth: list[int], crossing: list[int]) -> list[str]:

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from packgen.distributions import Listed
@@ -85,8 +86,8 @@ def fill_proportions(document: SceneFile) -> tuple[ZoneSpec, ...]:
 
 def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
     """Return the zones that ask for less than a sphere, or for more spheres than a file of radii has."""
-    faults = []
     sets = document.particle_sets
+    faults = _shared_files(sets, zones)
     for index, zone in enumerate(zones):
         count = expected_count(zone, sets)
         key = next(
@@ -103,6 +104,18 @@ def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
                 expected = f"at most {law.count / share / count * getattr(zone, key):.6g}: "
                 expected += f"the file of radii has {law.count} spheres"
                 faults.append(Fault(("zones", index, key), getattr(zone, key), expected))
+    return faults
+
+
+def _shared_files(sets: Sequence[Any], zones: tuple[ZoneSpec, ...]) -> list[Fault]:
+    """Return the files of radii that two zones would use: each of their spheres exists once."""
+    faults = []
+    for index, each in enumerate(sets):
+        users = [place for place, zone in enumerate(zones) if zone.set_proportions[index] > 0.0]
+        if isinstance(each.distribution, Listed) and len(users) > 1:
+            said = Said(f"a file of radii used by {', '.join(f'zones[{place}]' for place in users)}")
+            expected = "one zone: each of its spheres exists once; split the file, a set for each zone"
+            faults.append(Fault(("particle_sets", index), said, expected))
     return faults
 
 

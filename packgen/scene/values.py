@@ -24,6 +24,7 @@ __all__ = [
     "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
 ]  # fmt: skip
 
+ABOVE_ZERO = "greater than 0"
 NAME_RULE = "a name of at most 64 letters (A-Z, a-z), digits, _ - or ., with a letter, digit or _ first"
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -68,7 +69,15 @@ def number(value: Any, quantity: str = "number") -> float:
         raise ValueError(f"a number, or a number with a unit ({units})" if units else "a number")
     if not math.isfinite(result):
         raise ValueError("a finite number")
+    most = _most(quantity)
+    if abs(result) > most:
+        raise ValueError(f"a {quantity} of at most {most:g} {next(iter(UNITS[quantity]))}")
     return result
+
+
+def _most(quantity: str) -> float:
+    """Return the largest value [SI] of a quantity; cubes of lengths must stay floating point numbers."""
+    return {"number": math.inf, "length": 1.0e12}.get(quantity, 1.0e30)
 
 
 def _quantity(
@@ -80,13 +89,21 @@ def _quantity(
         result = number(value, quantity)
         if not holds(result):
             raise ValueError(f"a number {rule}")
+        _check_least(result, quantity, rule)
         return result
 
     return BeforeValidator(check)
 
 
+def _check_least(value: float, quantity: str, rule: str) -> None:
+    """Raise where what has to be above 0 is so little above that its cube is none."""
+    least = 1.0 / _most(quantity)
+    if rule == ABOVE_ZERO and value < least:
+        raise ValueError(f"a {quantity} of at least {least:g} {next(iter(UNITS[quantity]))}")
+
+
 def _positive(quantity: str) -> BeforeValidator:
-    return _quantity(quantity, "greater than 0", lambda value: value > 0.0)
+    return _quantity(quantity, ABOVE_ZERO, lambda value: value > 0.0)
 
 
 def _whole(lowest: int, highest: int) -> BeforeValidator:
@@ -113,6 +130,10 @@ def _many(quantity: str, rule: str, holds: Callable[[float], bool]) -> BeforeVal
                 raise fault((index, each, str(error))) from error
             if not holds(result):
                 raise fault((index, each, f"a number {rule}"))
+            try:
+                _check_least(result, quantity, rule)
+            except ValueError as error:
+                raise fault((index, each, str(error))) from error
             numbers.append(result)
         return tuple(numbers)
 
@@ -202,7 +223,7 @@ def _file(value: Any, info: ValidationInfo) -> Path:
 Length = Annotated[float, _quantity("length")]
 PositiveLength = Annotated[float, _positive("length")]
 NonNegativeLength = Annotated[float, _quantity("length", "of at least 0", lambda value: value >= 0.0)]
-Lengths = Annotated[tuple[float, ...], _many("length", "greater than 0", lambda value: value > 0.0)]
+Lengths = Annotated[tuple[float, ...], _many("length", ABOVE_ZERO, lambda value: value > 0.0)]
 Fractions = Annotated[tuple[float, ...], _many("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0)]
 Fraction = Annotated[float, _quantity("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0)]
 Positive = Annotated[float, _positive("number")]

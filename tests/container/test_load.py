@@ -213,3 +213,59 @@ def test_a_slice_bounds_centres_across_gravity_and_spheres_beside_it(tmp_path):
     assert across.centers_only
     assert not beside.centers_only
     assert not location("z", [1, 0, 1]).centers_only
+
+
+def test_what_stands_behind_the_triangles_of_an_stl_is_left_out_and_a_text_cut_short_is_told(tmp_path):
+    mesh = trimesh.creation.icosphere(subdivisions=2)
+    data = (tmp_path / write(tmp_path, mesh, "a.stl")).read_bytes()
+    (tmp_path / "longer.stl").write_bytes(data + 500 * b"\0")
+    assert load(tmp_path, "longer.stl").volume == pytest.approx(mesh.volume, rel=1e-6)
+    text = (tmp_path / write(tmp_path, mesh, "b.ascii.stl")).read_text()
+    (tmp_path / "cut.stl").write_text(text[: text.index("facet", len(text) // 2)])
+    with pytest.raises(GeometryError, match="cut short: its text does not end with endsolid"):
+        load(tmp_path, "cut.stl")
+
+
+def test_polygons_are_triangulated_and_curved_cells_refused(tmp_path):
+    cube = trimesh.creation.box([1, 1, 1])
+    corners = np.array(
+        [[x, y, z] for z in (0, 1) for x, y in ((0, 0), (2, 0), (3, 1), (1, 2), (-1, 1))], float
+    )
+    around = range(5)
+    sides = [[k, (k + 1) % 5, 5 + (k + 1) % 5, 5 + k] for k in around]
+    cells = [("quad", sides), ("polygon", [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9]])]
+    meshio.Mesh(corners, cells).write(tmp_path / "prism.vtu")
+    base = 0.5 * sum(
+        corners[k, 0] * corners[(k + 1) % 5, 1] - corners[(k + 1) % 5, 0] * corners[k, 1] for k in around
+    )
+    assert load(tmp_path, "prism.vtu").volume == pytest.approx(base)
+    curved = [("triangle", cube.faces), ("triangle6", [[0, 1, 2, 3, 4, 5]])]
+    meshio.Mesh(cube.vertices, curved).write(tmp_path / "curved.vtu")
+    with pytest.raises(GeometryError, match="it holds triangle6, expected triangles"):
+        load(tmp_path, "curved.vtu")
+
+
+def test_a_file_too_large_for_any_wall_is_refused_unread(tmp_path):
+    with (tmp_path / "huge.ply").open("wb") as file:
+        file.truncate(1_000_000_000)
+    with pytest.raises(GeometryError, match=r"huge\.ply has 1,000 MB, expected at most 500 MB"):
+        load(tmp_path, "huge.ply")
+
+
+def test_libraries_say_nothing_on_the_screen(tmp_path, capfd):
+    (tmp_path / "words.vtu").write_text("<VTKFile")
+    with pytest.raises(GeometryError, match=r"words\.vtu"):
+        load(tmp_path, "words.vtu")
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("length", [0.22, 2.0])
+def test_a_tube_across_a_vessel_is_solid_however_long_it_is(tmp_path, length):
+    vessel = trimesh.creation.cylinder(radius=0.1, height=0.3)
+    tube = trimesh.creation.cylinder(radius=0.03, height=length)
+    tube.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0]))
+    trimesh.util.concatenate(vessel, tube).export(tmp_path / "tube.stl")
+    said = []
+    container = load(tmp_path, "tube.stl", said)
+    assert "crosses a larger one and counts as a solid body" in said[0]
+    assert container.volume == pytest.approx(np.pi * (0.1**2 * 0.3 - 0.03**2 * 0.19), rel=0.1)

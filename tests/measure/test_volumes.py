@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from packgen.geometry import Ball, Cone, Surface
+from packgen.geometry import Ball, Cone, Mesh, Surface
 from packgen.measure.volumes import container_volume_below, sphere_volume, surface_volume_below, volume_below
 from tests.beds import box_container, box_surface, make_container, revolved_surface
 
@@ -72,3 +72,12 @@ def test_a_ball_and_a_box_are_cut_exactly():
     assert container_volume_below(box_container([0, 0, 0], [1, 1, 2]), UP, np.array([0.25]))[
         0
     ] == pytest.approx(0.25)
+
+
+def test_a_body_that_pokes_out_of_the_vessel_takes_from_it_what_lies_in_it():
+    vessel, body = box_surface([0, 0, 0], [1, 1, 1]), box_surface([0.5, 0.25, 0.25], [2.0, 0.75, 0.75])
+    faces = np.concatenate([vessel.faces, body.faces[:, ::-1] + len(vessel.vertices)])
+    both = Surface(np.concatenate([vessel.vertices, body.vertices]), faces)
+    container = make_container(Mesh(both), both, 0.875)
+    found = container_volume_below(container, UP, np.array([0.25, 0.5, 1.0]))
+    np.testing.assert_allclose(found, [0.25, 0.4375, 0.875], atol=0.02)

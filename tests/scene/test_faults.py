@@ -211,3 +211,22 @@ def test_a_file_of_radii_cannot_give_more_spheres_than_it_has(tmp_path: Path) ->
         (found,) = problems(tmp_path, f"{BOX}{sets}zones: [{{{amount}}}]\n")
         assert "the file of radii has 2 spheres" in found
     assert load(tmp_path, f"{BOX}{sets}zones: [{{n_particles: 2}}]\n").zones[0].n_particles == 2
+
+
+def test_a_file_of_radii_serves_one_zone(tmp_path: Path) -> None:
+    (tmp_path / "radii.txt").write_text("0.1\n0.2\n")
+    sets = "particle_sets: [{radius_distribution: file, path: radii.txt}]\n"
+    (found,) = problems(tmp_path, f"{BOX}{sets}zones: [{{n_particles: 1}}, {{n_particles: 1}}]\n")
+    assert "a file of radii used by zones[0], zones[1], expected one zone" in found
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SET.replace("0.1", "1e-300") % "", "a length of at least 1e-12 m"),
+        (SET % ", density: 1e300", "a density of at most 1e"),
+    ],
+)
+def test_numbers_that_no_bed_has_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    (found,) = problems(tmp_path, f"{BOX}particle_sets: [{text}]\n")
+    assert said in found
