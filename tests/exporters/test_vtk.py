@@ -54,15 +54,17 @@ def test_the_walls_are_a_closed_surface_of_the_containers_volume(tmp_path):
     assert wall.volume == pytest.approx(27)
 
 
-def test_meshio_and_pyvista_read_the_unstructured_form(tmp_path):
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 40, 40_000])
+def test_meshio_and_pyvista_read_the_unstructured_form(tmp_path, count):
     import meshio
     import pyvista
 
-    bed = mixed_bed()
+    bed = mixed_bed(count)
     assert [path.name for path in vtk.write(bed, tmp_path, vtk.Options(unstructured=True))][2] == "bed.vtu"
     mesh = meshio.read(tmp_path / "bed.vtu")
     assert np.array_equal(mesh.points, bed.position)
-    assert np.array_equal(mesh.point_data["radius"], bed.radius)
+    for name, values in vtk.sphere_arrays(bed).items():
+        assert np.array_equal(mesh.point_data[name], values)
     assert mesh.cells_dict["vertex"].shape == (bed.count, 1)
     grid = pyvista.read(tmp_path / "bed.vtu")
     assert np.array_equal(grid.points, bed.position)
