@@ -32,8 +32,9 @@ def test_the_case_has_the_tutorials_layout(tmp_path):
 
 @needs_liggghts
 @pytest.mark.solver
-def test_liggghts_makes_the_restart_and_starts_the_coupled_run_from_it(tmp_path):
-    cfdem.write(lattice(overlap=1e-4), tmp_path, cfdem.Options())
+@pytest.mark.parametrize("dumps", ["text", "vtk"])
+def test_liggghts_makes_the_restart_and_starts_the_coupled_run_from_it(tmp_path, dumps):
+    cfdem.write(lattice(overlap=1e-4), tmp_path, cfdem.Options(dumps=dumps))
     done = subprocess.run(
         ["sh", "parDEMrun.sh"], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
     )
@@ -44,4 +45,6 @@ def test_liggghts_makes_the_restart_and_starts_the_coupled_run_from_it(tmp_path)
         capture_output=True, text=True, errors="replace", timeout=60, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout[-2000:]
+    suffix = {"text": ".dump", "vtk": ".vtk"}[dumps]
+    assert (tmp_path / "DEM" / "post" / f"bed_0{suffix}").is_file()
     assert "80 atoms" in done.stdout
