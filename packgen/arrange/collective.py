@@ -20,7 +20,7 @@ from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.task import Progress, Task, ZoneTask
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
-from packgen.geometry import floor_direction
+from packgen.geometry import Mesh, Polyhedron, floor_direction
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -60,9 +60,10 @@ def arrange(task: Task) -> Spheres:
         batch = fill(task, zone, region, pile, batch)
     if len(pile) == 0:
         smallest = min(zone.supply.radius_min for zone in task.zones)
+        meshed = isinstance(task.container.shape, Mesh | Polyhedron)
         raise PackingError(
-            f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); "
-            "expected a larger container or smaller spheres; are the `units` of the mesh right?"
+            f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); expected a larger "
+            f"container or smaller spheres{'; are the `units` of the mesh right?' if meshed else ''}"
         )
     return pile.all()
 

@@ -226,7 +226,7 @@ def _panel(bound: Float64Array, value: Float64Array) -> Int64Array:
 def _check_sieves(diameter: Float64Array, passing: Float64Array) -> None:
     """Raise where diameters and passing fractions make no cumulative curve."""
     if len(diameter) < 2:
-        raise ParameterError((("diameters",), list(diameter), "at least two diameters"))
+        raise ParameterError((("diameters",), diameter.tolist(), "at least two diameters"))
     if len(diameter) != len(passing):
         expected = f"{len(diameter)} fractions, one a diameter"
         raise ParameterError((("passing",), f"{len(passing)} fractions", expected))
