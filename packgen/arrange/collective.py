@@ -62,8 +62,8 @@ def arrange(task: Task) -> Spheres:
         smallest = min(zone.supply.radius_min for zone in task.zones)
         meshed = isinstance(task.container.shape, Mesh | Polyhedron)
         raise PackingError(
-            f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); expected a larger "
-            f"container or smaller spheres{'; are the `units` of the mesh right?' if meshed else ''}"
+            f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); expected a "
+            f"larger container or smaller spheres{'; are the `units` of the mesh right?' if meshed else ''}"
         )
     return pile.all()
 

@@ -42,8 +42,8 @@ def why_no_vessel(surface: Surface, up: Float64Array) -> str:
         return (
             f"has {len(welded)} edges at which three or more facets meet, around x={x:.4g} y={y:.4g} "
             f"z={z:.4g} m: an inner wall is welded to the shell there; expected a shell and inner "
-            "walls apart from it: end that wall short of the shell, by much less than a sphere; or merge corners "
-            "that nearly coincide, if it is cracks that look like a wall"
+            "walls apart from it: end that wall short of the shell, by much less than a sphere; or, if it "
+            "is cracks that look like a wall, merge corners that nearly coincide"
         )
     if len(edges) == 0:
         return (

@@ -19,6 +19,7 @@ from packgen.distributions.base import UNIT_VOLUME, Distribution, ParameterError
 
 __all__ = ["RosinRammler", "Sieve"]
 
+EXPONENT_MAX = 1000.0  # Rosin and Rammler's law is within a thousandth of one radius then
 PANELS = 2048
 SUM_SLACK = 1.0e-6
 
@@ -63,6 +64,9 @@ class RosinRammler(Distribution):
 
     def __post_init__(self) -> None:
         check_bounds(self.radius_min, self.radius_max)
+        if self.exponent > EXPONENT_MAX:
+            expected = f"at most {EXPONENT_MAX:g}; for radii all alike use the law constant"
+            raise ParameterError((("exponent",), self.exponent, expected))
         low, high = self._reduced(np.array(self.radius_bounds))
         # In reduced mass t = (r / radius_63)^exponent, the mass density is exp(-t).
         if not math.exp(-min(low, 1e3)) - math.exp(-min(high, 1e3)) > 1.0e-9:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from packgen.distributions import UNIT_VOLUME, RosinRammler, Sieve
+from packgen.distributions import UNIT_VOLUME, ParameterError, RosinRammler, Sieve
 
 
 def rosin_rammler_below(radius: float, radius_63: float, exponent: float) -> float:
@@ -70,3 +70,14 @@ def test_what_passes_the_finest_sieve_is_below_it() -> None:
 def test_an_empty_class_holds_no_sphere() -> None:
     radius = Sieve([0.01, 0.02, 0.05, 0.1], [0.0, 0.3, 0.3, 1.0]).sample(np.random.default_rng(0), 20_000)
     assert not ((radius > 0.01 * (1 + 1e-12)) & (radius < 0.025 * (1 - 1e-12))).any()
+
+
+@pytest.mark.parametrize("exponent", [200.0, 1000.0, 1000.1, 1.5e14])
+def test_a_law_of_rosin_rammler_is_as_narrow_as_can_be_computed_or_refused(exponent: float) -> None:
+    if exponent > 1000.0:
+        with pytest.raises(ParameterError, match="at most 1000; for radii all alike use the law constant"):
+            RosinRammler(0.05, exponent, 0.01, 0.15)
+        return
+    law = RosinRammler(0.05, exponent, 0.01, 0.15)
+    np.testing.assert_allclose(law.quantile(np.array([0.1, 0.5, 0.9])), 0.05, rtol=3.0 / exponent)
+    assert law.mean_volume() == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=9.0 / exponent)
