@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from packgen.arrange.ground import ground_of_zones, lowest_ground
 from packgen.arrange.projection import SettleStats, settle
 from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import ColumnMap, Region
@@ -139,10 +140,11 @@ class _Zone:
         self.rng, self.stats, self.device = rng, stats, device
         self.diameter = 2.0 * supply.radius_by_volume
         self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
-        self.level = self.base = region.floor
         self.climbed = -math.inf
         self.started = self.closing = False
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
+        self.ground = ground_of_zones(pile.front, region, self.map, self.diameter)
+        self.level = self.base = lowest_ground(self.ground, region, self.map, supply.radius_reference)
         self.buried_tops = np.full(self.map.count, -np.inf)
         self.roofed = np.zeros(self.map.count, bool)
 
@@ -240,11 +242,14 @@ class _Zone:
 
     def _surface(self, front: Spheres) -> Float64Array:
         """Return the tops of the bed's columns, spheres far above the new layer left out [m]."""
-        front = front[self._below_or_within(front)]
+        front = front[front.zone_index == self.zone_index]
         altitude = front.position @ self.region.frame[2]
         highest = 1.5 * max(self.plan.first, 1.0) * self.plan.thickness * self.diameter
         below = altitude <= self.level + highest
         tops = self.map.tops(front.position[below], front.radius[below])
+        # The bed of earlier zones that this one stands on; what towers beside it is none of its surface.
+        under = self.ground <= self.level + self.thickness
+        tops[under] = np.maximum(tops[under], self.ground[under])
         found = np.isfinite(tops)
         # A bed that ends below a zone leaves the zone to stand on its own floor.
         tops[found] = np.maximum(tops[found], self.region.floor)
@@ -267,16 +272,7 @@ class _Zone:
         if not found.any():
             self.level = self.base
         tops[~found] = self.level
-        return tops
-
-    def _below_or_within(self, front: Spheres) -> NDArray[np.bool_]:
-        """Tell which spheres make the surface, (N,) bool: not those of zones beside this one, or above."""
-        made = np.ones(len(front), bool)
-        others = np.flatnonzero(front.zone_index != self.zone_index)
-        position = front.position[others]
-        below = position @ self.region.frame[2] < self.region.floor
-        made[others] = self.map.covers(position) & (below | (self.region.clearance(position, 0.0) > 0.0))
-        return made
+        return np.maximum(tops, self.ground)
 
     def _starts(self, tops: Float64Array) -> Float64Array:
         """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""
@@ -338,6 +334,4 @@ class _Zone:
 
     def _nearby(self, tops: Float64Array, chosen: Callable[..., Float64Array]) -> Float64Array:
         """Return the lowest or highest top among the columns within reach of each column [m]."""
-        sizes = [2 * math.ceil(2.0 * self.supply.radius_max / width) + 1 for width in self.map.width]
-        modes = ["wrap" if wraps else "nearest" for wraps in self.map.wraps]
-        return chosen(tops.reshape(self.map.shape), size=sizes, mode=modes).ravel()
+        return self.map.nearby(tops, 2.0 * self.supply.radius_max, chosen)

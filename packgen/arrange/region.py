@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -232,6 +233,18 @@ class ColumnMap:
         tops = np.full(self.count, -np.inf)
         np.maximum.at(tops, self.index(position), position @ self.frame[2] + radius)
         return tops
+
+    def nearby(self, tops: Float64Array, reach: float, chosen: Callable[..., Float64Array]) -> Float64Array:
+        """Return the lowest or highest top [m] among the columns within reach [m] of each column.
+
+        Args:
+            tops: Altitude of each column, shape (columns,).
+            reach: How far to look across gravity.
+            chosen: ``scipy.ndimage.minimum_filter`` or ``maximum_filter``.
+        """
+        sizes = [2 * math.ceil(reach / width) + 1 for width in self.width]
+        modes = ["wrap" if wraps else "nearest" for wraps in self.wraps]
+        return chosen(tops.reshape(self.shape), size=sizes, mode=modes).ravel()
 
     def points(self, altitude: Float64Array) -> Float64Array:
         """Return the middle of each column at its own altitude [m], shape (columns, 3)."""

@@ -313,3 +313,32 @@ def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):
     low, high = altitudes(bed, 1)
     assert low < 1e-4
     assert high > 0.3 - 0.015
+
+
+@pytest.mark.parametrize(
+    "location",
+    [
+        {"cylinder": {"base": [0.5, 0.5, 0], "radius": 0.25, "height": 1.0}},
+        {"box": {"min": [0, 0, 0], "max": [0.5, 1, 1]}},
+        {"sphere": {"center": [0.5, 0.5, 0.6], "radius": 0.3}},
+        {"slice": {"axis": "z", "min_bound": 0.4, "max_bound": 0.6}},
+    ],
+    ids=lambda each: next(iter(each)),
+)
+def test_the_rest_of_a_vessel_fills_from_its_floor_around_an_earlier_zone(tmp_path, location):
+    alone = run_scene(tmp_path, CUBE, constant(0.05)).bed
+    bed = run_scene(tmp_path, CUBE, constant(0.05), zones=[{"location": location}, {}]).bed
+    low, _ = altitudes(bed, 1)
+    assert low < 1e-4
+    if "slice" in location:  # a bed that hangs right across: the later zone fills up to it
+        below = bed.position[:, 2] < 0.35
+        assert below.sum() > 0.9 * (alone.position[:, 2] < 0.35).sum()
+    else:
+        assert bed.count > 0.95 * alone.count
+
+
+def test_a_few_spheres_beside_an_earlier_zone_stand_on_the_floor(tmp_path):
+    zones = [across("x", 0.0, 0.2), {"n_particles": 60}]
+    bed = run_scene(tmp_path, box([0, 0, 0], [1, 1, 0.6]), constant(0.03), zones=zones).bed
+    own = bed.zone_index == 1
+    assert np.median(bed.position[own, 2]) == pytest.approx(0.03, abs=1e-3)
