@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 ADAM_BATCH = 500
 """The paper's batch size."""
 
+PAPER_RADIUS = 0.1
+"""Radius of the paper's spheres [m]: its learning rate is a length, and goes with the spheres."""
+
 SAMPLE_ROUNDS = 200
 """Rounds of random points until a narrow zone is given up."""
 
@@ -121,7 +124,7 @@ def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, firs
 
     params, before, total = task.settings, pile.front, _total(task)
     settings = AdamSettings(
-        lr=params.lr,
+        lr=params.lr * zone.supply.radius_reference / PAPER_RADIUS,
         n_epoch=params.n_epoch,
         patience=params.patience,
         weights=Weights(params.alpha, params.beta, params.gamma),

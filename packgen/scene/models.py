@@ -225,7 +225,7 @@ class Params(Keys):
         optimizer: ``projection`` (fast), or ``adam`` (the paper's Algorithm 1).
         batch_size: Spheres in one batch; None: the optimiser's own choice. Layers of projection are at least
             half a sphere thick.
-        lr: Learning rate of adam.
+        lr: Learning rate of adam for spheres as large as the paper's, 0.1 m; it goes with their radius.
         n_epoch: Most steps for one batch (the paper's max_steps).
         patience: Steps without progress after which adam gives a batch up.
         alpha: Weight of the overlaps (paper, eq. 5).

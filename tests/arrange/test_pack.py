@@ -342,3 +342,13 @@ def test_a_few_spheres_beside_an_earlier_zone_stand_on_the_floor(tmp_path):
     bed = run_scene(tmp_path, box([0, 0, 0], [1, 1, 0.6]), constant(0.03), zones=zones).bed
     own = bed.zone_index == 1
     assert np.median(bed.position[own, 2]) == pytest.approx(0.03, abs=1e-3)
+
+
+def test_adam_fills_a_small_vessel_as_far_as_a_large_one(tmp_path):
+    counts = []
+    for scale in (1.0, 0.01):
+        vessel = {"cylinder": {"radius": 0.5 * scale, "height": 1.2 * scale}}
+        result = run_scene(tmp_path, vessel, constant(0.1 * scale), params={"optimizer": "adam"})
+        counts.append(result.bed.count)
+    assert counts[1] == pytest.approx(counts[0], rel=0.1)
+    assert counts[0] > 90
