@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.distributions import Distribution
 
-__all__ = ["Amount", "SizedSet", "expected_count", "largest_remainder", "number_shares"]
+if TYPE_CHECKING:
+    from packgen.bed import Bed
+
+__all__ = ["Amount", "SizedSet", "expected_count", "largest_remainder", "number_shares", "reached_shares"]
 
 
 class SizedSet(Protocol):
@@ -105,3 +108,19 @@ def largest_remainder(share: Float64Array, count: int) -> Int64Array:
     first = np.argsort(-remainder, kind="stable")[: count - int(whole.sum())]
     whole[first] += 1
     return whole
+
+
+def reached_shares(bed: Bed, zone: int, by: str) -> list[float]:
+    """Return the share of each set in what a zone holds; all 0 of an empty zone.
+
+    Args:
+        bed: The bed.
+        zone: Number of the zone.
+        by: ``number``, ``volume`` or ``mass``.
+    """
+    own = bed.zone_index == zone
+    weight = np.ones(int(own.sum())) if by == "number" else bed.radius[own] ** 3
+    if by == "mass":
+        weight = weight * np.array([each.density for each in bed.particle_sets])[bed.set_index[own]]
+    amount = np.bincount(bed.set_index[own], weight, len(bed.particle_sets))
+    return [float(share) for share in amount / (amount.sum() or 1.0)]

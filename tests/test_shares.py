@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
+from packgen.bed import ParticleSet
 from packgen.scene import ZoneSpec
 from packgen.scene.sets import ConstantSet
-from packgen.shares import expected_count, largest_remainder, number_shares
+from packgen.shares import expected_count, largest_remainder, number_shares, reached_shares
+from tests.beds import box_container, make_bed
 
 SETS = (
     ConstantSet(radius_distribution="constant", radius=1.0, density=1000.0),
@@ -51,3 +53,19 @@ def test_a_zone_expects_its_volume_or_mass_over_that_of_a_mean_sphere() -> None:
     assert expected(volume=9 * sphere) == pytest.approx(2)
     assert expected(mass=5000 * sphere) == pytest.approx(2)
     assert expected() is None
+
+
+def test_reached_shares_count_what_lies_in_a_zone() -> None:
+    bed = make_bed(
+        [[each, 0.5, 0.5] for each in range(4)],
+        [0.1, 0.1, 0.2, 0.4],
+        box_container((0, 0, 0), (9, 1, 1)),
+        set_index=np.array([0, 0, 1, 1], np.int32),
+        zone_index=np.array([0, 0, 0, 1], np.int32),
+        particle_sets=(ParticleSet("a", 1000.0, "ore"), ParticleSet("b", 3000.0, "ore")),
+    )
+    assert reached_shares(bed, 0, "number") == pytest.approx([2 / 3, 1 / 3])
+    assert reached_shares(bed, 0, "volume") == pytest.approx([0.2, 0.8])
+    assert reached_shares(bed, 0, "mass") == pytest.approx([1 / 13, 12 / 13])
+    assert reached_shares(bed, 1, "volume") == [0.0, 1.0]
+    assert reached_shares(bed, 2, "mass") == [0.0, 0.0]

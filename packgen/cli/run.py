@@ -27,6 +27,8 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.scene import Scene
 
 DEFAULT_SOLVER = "liggghts"
+FEW = 200  # spheres of a zone, by whose shares nothing is said
+SHARE_ERROR = 0.02  # of a set in a zone, from which it is said
 
 
 class Stopwatch:
@@ -157,7 +159,7 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
         bed = result.bed
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
-        warnings += _unsupported(result, scene)
+        warnings += _unsupported(result, scene) + _off_shares(result, scene)
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
         report = build_report(
@@ -184,6 +186,28 @@ def _unsupported(result: PackResult, scene: Scene) -> list[str]:
             f"{each.hanging} have neither sphere nor wall below, and will fall by about {each.fall:.3g} m; "
             "lower the zone onto what is below it, or fill the space in between first"
         )
+    return lines
+
+
+def _off_shares(result: PackResult, scene: Scene) -> list[str]:
+    """Return a line for each zone whose sets are not in the proportions asked for: some found less room."""
+    from packgen.shares import reached_shares
+
+    lines = []
+    for index, (zone, outcome) in enumerate(zip(scene.zones, result.zones, strict=True)):
+        if outcome.placed < FEW or outcome.placed == outcome.asked:
+            continue  # single spheres make shares, or these are exact
+        reached = reached_shares(result.bed, index, zone.proportions_by)
+        pairs = list(zip(reached, zone.set_proportions, strict=True))
+        if max(abs(found - asked) for found, asked in pairs) > SHARE_ERROR:
+            found, asked = (
+                ", ".join(f"{share:.3f}" for share in shares) for shares in zip(*pairs, strict=True)
+            )
+            path = f"zones[{index}]"
+            lines.append(
+                f"{scene.mark(path)}: {path}: found shares {found} by {zone.proportions_by}, expected {asked}: "
+                "some sizes found less room; ask for an amount that fits, or give the zone more height"
+            )
     return lines
 
 
