@@ -33,7 +33,7 @@ STALLED_MAX = 3
 NARROW_SHARE = 0.4
 """Where fewer of the places that are half inside the walls are wholly inside, spheres start half inside."""
 
-STARTS_A_SPHERE, STARTS_MIN = 200.0, 200_000.0
+STARTS_A_SPHERE, STARTS_MIN = 200.0, 2_000_000.0
 """Places that are looked at for each sphere when few are left, and at least."""
 
 TRIES_MIN = 8

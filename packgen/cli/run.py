@@ -205,8 +205,8 @@ def _off_shares(result: PackResult, scene: Scene) -> list[str]:
             )
             path = f"zones[{index}]"
             lines.append(
-                f"{scene.mark(path)}: {path}: found shares {found} by {zone.proportions_by}, expected {asked}: "
-                "some sizes found less room; ask for an amount that fits, or give the zone more height"
+                f"{scene.mark(path)}: {path}: found shares {found} by {zone.proportions_by}, expected "
+                f"{asked}: some sizes found less room; ask for an amount that fits, or give more room"
             )
     return lines
 
