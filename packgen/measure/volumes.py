@@ -58,13 +58,14 @@ def container_volume_below(container: Container, up: Float64Array, level: Float6
         return volume_below(np.full(len(level), shape.center @ up), np.full(len(level), shape.radius), level)
     if isinstance(shape, Cone) and abs(abs(float(shape.axis @ up)) - 1.0) < 1e-12:
         return _cone_volume_below(shape, up, level)
-    if isinstance(shape, Mesh):
-        whole = surface_volume_below(shape.surface, up, np.array([np.inf]))[0]
-        if abs(whole - container.volume) > 1e-6 * container.volume:
-            return _crossing_volume_below(container, shape, up, level)
-    part = surface_volume_below(container.surface, up, level)
+    # The surface of a mesh has either side of its sheets, which cancel, and lids.
+    surface = shape.surface if isinstance(shape, Mesh) else container.surface
+    volume = surface_volume_below(surface, up, np.append(level, np.inf))
+    part, whole = volume[:-1], float(volume[-1])
     if isinstance(shape, Cone):
-        part *= container.volume / surface_volume_below(container.surface, up, np.array([np.inf]))
+        return np.asarray(part * (container.volume / whole))
+    if isinstance(shape, Mesh) and abs(whole - container.volume) > 1e-6 * container.volume:
+        return _crossing_volume_below(container, shape, up, level)
     return part
 
 
