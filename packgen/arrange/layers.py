@@ -18,6 +18,7 @@ from packgen.arrange.region import ColumnMap, Region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.starts import assign_starts
 from packgen.arrays import Float64Array
+from packgen.distributions import UNIT_VOLUME
 from packgen.radii import Draw, Supply
 
 SPARE_STARTS = 3
@@ -196,13 +197,27 @@ class _Zone:
         if self.spare == 1:
             draw = self.supply.take(len(points))
             return points[: len(draw.radius)], draw
-        draw = self.supply.take(max(len(points) // self.spare, 1))
+        draw = self._taken(len(points) / self.spare)
         seams = self.region.walls.seams
         chosen, found = assign_starts(points, draw.radius, front.position, front.radius, seams)
         start, last = points[chosen[found]], self.supply.finished
         self.supply.put_back(Draw(draw.radius[~found], draw.set_index[~found]))
         draw = Draw(draw.radius[found], draw.set_index[found])
         return (self._lifted(start, draw.radius) if last else start), draw
+
+    def _taken(self, places: float) -> Draw:
+        """Take the spheres that so many places of mean volume have room for.
+
+        Of an endless supply no more volume than that: its large ones, put back first, would fill layer by
+        layer what is left below a lid, and all be put back again.
+        """
+        draw = self.supply.take(max(int(places), 1))
+        if self.supply.asked is not None:
+            return draw
+        volume = np.cumsum(UNIT_VOLUME * draw.radius**3)
+        count = max(int(np.searchsorted(volume, places * self.supply.mean_volume, side="right")), 1)
+        self.supply.put_back(Draw(draw.radius[count:], draw.set_index[count:]))
+        return Draw(draw.radius[:count], draw.set_index[:count])
 
     def _lifted(self, start: Float64Array, radius: Float64Array) -> Float64Array:
         """Return start positions on the bed, not in it, where there is room above: for the last spheres."""
