@@ -32,14 +32,14 @@ FACES = {
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Planes:
-    """The planes of the faces of each cell, and which cells are what lies below all of theirs.
+    """The planes of the faces of each cell, or of their fans, and which cells lie below all of theirs.
 
     Attributes:
         middle: Middle of each cell [m], shape (C, 3).
         normal: Outward unit normals, shape (C, F, 3).
-        offset: Distance of each plane from the middle [m], shape (C, F).
-        plain: Cells that are convex with plane faces, shape (C,).
-        volume: Volume of each plain cell [m3], shape (C,).
+        offset: Distance of each plane from the middle [m], shape (C, F); infinite where it has no area.
+        plain: Cells that are convex with plane faces, shape (C,); none of fans.
+        volume: Volume of each plain cell [m3], shape (C,); of fans of any, negative if inside out.
     """
 
     middle: Float64Array

@@ -44,15 +44,20 @@ def export_settings(
         try:
             settings[name] = exporter.Options(**values[name])
         except (ValueError, TypeError) as error:  # pydantic's is a ValueError; a plug-in's may be another
-            problems += [f"--export-option: {name}.{line}" for line in _faults(error)]
+            problems += [f"--export-option: {name}{line}" for line in _faults(error)]
     if problems:
         raise ExportError("\n".join(problems))
     return settings
 
 
 def _faults(error: Exception) -> list[str]:
-    """Return one line for each wrong option."""
+    """Return what follows an exporter's name in one line for each wrong option, or for options that clash."""
     errors = getattr(error, "errors", None)
     if errors is None:
-        return [str(error)]
-    return [f"{'.'.join(map(str, each['loc']))}: found {each['input']!r}, {each['msg']}" for each in errors()]
+        return [f".{error}"]
+    return [
+        f".{'.'.join(map(str, each['loc']))}: found {each['input']!r}, {each['msg']}"
+        if each["loc"]
+        else f": {each['msg'].removeprefix('Value error, ')}"
+        for each in errors()
+    ]

@@ -116,10 +116,11 @@ def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
     # A mesh of volumes has its boundary in it; the surfaces that some programs add say it again.
     most = max((block.dim for block in mesh.cells), default=0)
     blocks = [block for block in mesh.cells if block.dim == most]
-    known = {2: ("triangle", "quad", "polygon"), 3: tuple(CELL_FACES)}.get(most, ())
-    strange = sorted({block.type for block in blocks if not block.type.startswith(known)} | _curved(blocks))
-    if strange or not blocks or not known:
-        found = ", ".join(strange) or ", ".join(sorted({block.type for block in mesh.cells})) or "nothing"
+    # Cells with points between their corners, such as triangle6, have names of their own.
+    known = {"triangle", "quad", "polygon", *CELL_FACES}
+    strange = sorted({block.type for block in blocks if block.type not in known})
+    if strange or not blocks:
+        found = ", ".join(strange) or "nothing"
         raise ValueError(
             f"it holds {found}, expected triangles, quads or other polygons, or the volume cells "
             f"{', '.join(CELL_FACES)}, all with straight edges; export it so"
@@ -131,12 +132,6 @@ def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
         data = np.asarray(block.data, np.int64)
         flat += [data[:, [0, k, k + 1]] for k in range(1, data.shape[1] - 1)]
     return points, np.concatenate(flat)
-
-
-def _curved(blocks: list[Any]) -> set[str]:
-    """Return the kinds of cells with points between their corners, such as triangle6."""
-    straight = {"triangle", "quad", *CELL_FACES}
-    return {each.type for each in blocks if each.type not in straight and not each.type.startswith("polygon")}
 
 
 CELL_FACES = {

@@ -84,22 +84,18 @@ def _quantity(
     quantity: str, rule: str = "", holds: Callable[[float], bool] = lambda _: True
 ) -> BeforeValidator:
     """Return a validator of a number of some quantity that has to obey a rule."""
-
-    def check(value: Any) -> float:
-        result = number(value, quantity)
-        if not holds(result):
-            raise ValueError(f"a number {rule}")
-        _check_least(result, quantity, rule)
-        return result
-
-    return BeforeValidator(check)
+    return BeforeValidator(lambda value: _ruled(value, quantity, rule, holds))
 
 
-def _check_least(value: float, quantity: str, rule: str) -> None:
-    """Raise where what has to be above 0 is so little above that its cube is none."""
+def _ruled(value: Any, quantity: str, rule: str, holds: Callable[[float], bool]) -> float:
+    """Return an SI number that obeys a rule; where it has to be above 0, its cube is, too."""
+    result = number(value, quantity)
+    if not holds(result):
+        raise ValueError(f"a number {rule}")
     least = 1.0 / _most(quantity)
-    if rule == ABOVE_ZERO and value < least:
+    if rule == ABOVE_ZERO and result < least:
         raise ValueError(f"a {quantity} of at least {least:g} {next(iter(UNITS[quantity]))}")
+    return result
 
 
 def _positive(quantity: str) -> BeforeValidator:
@@ -125,16 +121,9 @@ def _many(quantity: str, rule: str, holds: Callable[[float], bool]) -> BeforeVal
         numbers = []
         for index, each in enumerate(value):
             try:
-                result = number(each, quantity)
+                numbers.append(_ruled(each, quantity, rule, holds))
             except ValueError as error:
                 raise fault((index, each, str(error))) from error
-            if not holds(result):
-                raise fault((index, each, f"a number {rule}"))
-            try:
-                _check_least(result, quantity, rule)
-            except ValueError as error:
-                raise fault((index, each, str(error))) from error
-            numbers.append(result)
         return tuple(numbers)
 
     return BeforeValidator(check)
