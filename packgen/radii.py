@@ -15,6 +15,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
 from packgen.distributions import UNIT_VOLUME, Listed
 from packgen.errors import PackingError
+from packgen.mixtures import mixed_order, mixture_fraction, size_classes
 from packgen.shares import Amount, SizedSet, expected_count, largest_remainder, mean_weights, number_shares
 
 __all__ = ["Draw", "Supply"]
@@ -96,6 +97,10 @@ class Supply:
         """Radius of a sphere of mean volume [m]."""
         return float(np.cbrt(self.mean_volume / UNIT_VOLUME))
 
+    def solid_fraction(self, alone: float) -> float:
+        """Return the solid fraction of a bed of these spheres where that of equal ones is ``alone``."""
+        return mixture_fraction(*self._sizes, alone)
+
     def take(self, count: int) -> Draw:
         """Return the next spheres: those put back come first.
 
@@ -170,7 +175,7 @@ class Supply:
                 spare.append(self._radii(index, int(reserve[index])))
         members = _Members(self._sized(by, drawn), self._sized(by, spare), self._single_use())
         radius, set_index = members.fitted(wanted)
-        order = self._rng.permutation(len(radius))
+        order = mixed_order(radius, set_index, self._rng)
         return Draw(radius[order], set_index[order])
 
     def _single_use(self) -> Int64Array:
@@ -209,8 +214,9 @@ class Supply:
 
     def _shuffled(self, counts: Int64Array, radii: list[Float64Array]) -> Draw:
         set_index = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
-        order = self._rng.permutation(len(set_index))
-        return Draw(np.concatenate(radii)[order], set_index[order])
+        radius = np.concatenate(radii)
+        order = mixed_order(radius, set_index, self._rng)
+        return Draw(radius[order], set_index[order])
 
     def _set_sizes(self, draw: Draw | None) -> None:
         """Keep the sizes that will come: those drawn, or those that the laws allow."""
@@ -218,15 +224,17 @@ class Supply:
             self.mean_volume = float(UNIT_VOLUME * np.mean(draw.radius**3))
             self.radius_by_volume = float(np.mean(draw.radius**4) / np.mean(draw.radius**3))
             self.radius_min, self.radius_max = float(draw.radius.min()), float(draw.radius.max())
+            self._sizes = size_classes(draw.radius, draw.radius**3)
             return
         used = [each for each, share in zip(self._sets, self._share, strict=True) if share > 0.0]
         self.mean_volume = float(self._share @ mean_weights("volume", self._sets))
         level = (np.arange(QUANTILES) + 0.5) / QUANTILES
         radius = np.stack([each.distribution.quantile(level) for each in used])
-        share = self._share[self._share > 0.0] @ np.stack([radius**4, radius**3], axis=1).mean(axis=2)
-        self.radius_by_volume = float(share[0] / share[1])
+        volume = self._share[self._share > 0.0, None] * radius**3
+        self.radius_by_volume = float((volume * radius).sum() / volume.sum())
         self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)
+        self._sizes = size_classes(radius.ravel(), volume.ravel())
 
 
 _Move = tuple[float, int | None, int | None]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.kernels.pairs import cell_keys, fill_list, gather, level_grids
 from packgen.arrange.kernels.sweep import sphere_overlaps, sweep, wall_candidates
+from packgen.arrange.lightness import push_lightness
 from packgen.arrange.reach import list_reach
 from packgen.arrange.recipe import Step
 from packgen.arrange.seams import SeamPairs, no_pairs, seam_pairs
@@ -94,9 +95,7 @@ class FusedLayer:
             self.seam = seam_pairs(self.ball, reach, moving, self.walls.seams)
         self._list_walls()
         self.anchor = self.ball[:moving, :3].copy()
-        # In proportion to one over the mass; a fixed sphere is infinitely heavy.
-        self.lightness = np.zeros(len(self.ball))
-        self.lightness[:moving] = (self.reference / self.ball[:moving, 3]) ** 3
+        self.lightness = push_lightness(self.ball[:, 3], moving, self.reference)
         self.owner = np.repeat(np.arange(self.owners, dtype=np.int32), np.diff(self.begin))
         self.touching = np.empty(len(self.owner) + 1, np.int32)
         self.shift = np.empty((len(self.ball), 3))

@@ -21,11 +21,12 @@ from packgen.arrays import Float64Array
 from packgen.distributions import UNIT_VOLUME
 from packgen.radii import Draw, Supply
 
-SPARE_STARTS = 3
+SPARE_STARTS = 5
 """Start positions a sphere of broad sizes chooses from."""
 
 START_FRACTION = 0.6
-"""Solid fraction at which a layer starts, already overlapping: that of the bed it will become."""
+"""Solid fraction at which a layer of equal spheres starts, already overlapping: that of the bed that it will
+become. One of broad sizes starts with as much more as these pack more densely."""
 
 STALLED_SHARE = 0.02
 STALLED_MAX = 3
@@ -141,9 +142,13 @@ class _Zone:
         self.rng, self.stats, self.device = rng, stats, device
         self.diameter = 2.0 * supply.radius_by_volume
         self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
+        self.start_fraction = supply.solid_fraction(START_FRACTION)
         self.climbed = -math.inf
         self.started = self.closing = False
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
+        # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
+        wide = ColumnMap.over(region, 2.0 * max(supply.radius_by_volume, supply.radius_reference))
+        self.wide_column = wide.index(self.map.points(np.zeros(self.map.count)))
         self.ground = ground_of_zones(pile.front, region, self.map, self.diameter)
         self.level = self.base = lowest_ground(self.ground, region, self.map, supply.radius_reference)
         self.buried_tops = np.full(self.map.count, -np.inf)
@@ -282,12 +287,18 @@ class _Zone:
         if open_above.any():
             # Nor is a hollow under a roof that a column's middle misses: it would hold the level down.
             open_above &= tops > np.median(tops[open_above]) - self.thickness
-        level = float(np.mean(tops[open_above])) if open_above.any() else self.level
+        level = self._level(tops, open_above) if open_above.any() else self.level
         self.level = max(level, self.climbed)
         if not found.any():
             self.level = self.base
         tops[~found] = self.level
         return np.maximum(tops, self.ground)
+
+    def _level(self, tops: Float64Array, open_above: NDArray[np.bool_]) -> float:
+        """Return the mean altitude of the surface [m], in columns as wide as the large spheres."""
+        highest = np.full(int(self.wide_column.max()) + 1, -np.inf)
+        np.maximum.at(highest, self.wide_column[open_above], tops[open_above])
+        return float(highest[np.isfinite(highest)].mean())
 
     def _starts(self, tops: Float64Array) -> Float64Array:
         """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""
@@ -295,7 +306,7 @@ class _Zone:
         top = self.level + thickness
         low = max(float(tops.min()), self.level - thickness)
         least, most = region.rectangle()
-        density = self.spare * START_FRACTION / self.supply.mean_volume
+        density = self.spare * self.start_fraction / self.supply.mean_volume
         mean = density * float(np.prod(most - least)) * (top - low)
         if self.supply.remaining is not None:
             # Of a few spheres in a wide vessel: the lowest of so many places are low enough.

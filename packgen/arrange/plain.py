@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from packgen.arrange.kernels.sweep import GRAIN_PUSH, wall_candidates
+from packgen.arrange.lightness import push_lightness
 from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
 from packgen.arrange.plain_walls import feature_gaps
 from packgen.arrange.reach import list_reach
@@ -48,6 +49,8 @@ class PlainLayer:
         if self.walls.seams.wraps:
             self._list_seams(reach)
         self.anchor = position[:moving].clone()
+        lightness = push_lightness(radius.cpu().numpy(), moving, self._reference)
+        self.lightness = torch.as_tensor(lightness, device=self.device)
         self._list_walls()
 
     def _reach(self, skin: float) -> Tensor:
@@ -126,8 +129,7 @@ class PlainLayer:
         difference = torch.where(same[:, None], parting, difference)
         distance = torch.where(same, math.sqrt(1.25), distance)
         both = second < self.moving
-        cube_first, cube_second = self.ball[first, 3] ** 3, self.ball[second, 3] ** 3
-        share = torch.where(both, cube_second / (cube_first + cube_second), 1.0)
+        share = self.lightness[first] / (self.lightness[first] + self.lightness[second])
         push = (overlap / distance)[:, None] * difference
         shift = torch.zeros_like(self.previous)
         shift.index_add_(0, first, share[:, None] * push)

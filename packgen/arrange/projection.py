@@ -99,7 +99,10 @@ def settle(
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
     layer = make_layer(arranged, moving, walls, device)
-    reference = float(np.mean(arranged[:moving, 3])) if moving else 0.0
+    radius = arranged[:moving, 3]
+    reference = float(np.mean(radius)) if moving else 0.0
+    if sink and moving:
+        recipe = recipe.of_sizes(float(np.sum(radius**4) / np.sum(radius**3)) / reference)
     _relax(layer, reference, down, recipe, stats or SettleStats(), sink)
     position = ball[:moving, :3].copy()
     found = layer.positions()

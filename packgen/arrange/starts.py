@@ -11,8 +11,9 @@ from packgen.arrange.kernels.starts import close_points, pick_apart, point_grid
 from packgen.arrange.seams import Seams
 from packgen.arrays import Float64Array, Int64Array
 
-APART = 0.9
-"""Large spheres start at least this fraction of the sum of their radii apart, as long as there is room."""
+APART = 1.1
+"""Large spheres of an octave start this fraction of its mean diameter apart, as long as there is room: only
+the largest of them overlap."""
 
 CANDIDATES_A_SPHERE = 20
 """Points that are tried for each large sphere before it starts in another one."""

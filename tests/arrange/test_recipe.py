@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from packgen.arrange.recipe import FRICTION_LEAST, FRICTION_USUAL, Recipe
+from packgen.arrange.recipe import BREADTH_MAX, FRICTION_LEAST, FRICTION_USUAL, Recipe
 
 RECIPE = Recipe()
 
@@ -66,3 +66,11 @@ def test_beyond_the_usual_friction_and_below_the_least_one_nothing_changes():
     assert Recipe.of_friction(FRICTION_USUAL, 1.0e-6) == Recipe.of_friction(1.5, 1.0e-6) == RECIPE
     assert Recipe.of_friction(0.0, None) == Recipe.of_friction(FRICTION_LEAST, None)
     assert Recipe.of_friction(0.0, None).tolerance is None
+
+
+def test_broad_sizes_sink_farther_and_are_given_up_later_equal_ones_as_ever():
+    assert RECIPE.of_sizes(1.0) is RECIPE
+    broad = RECIPE.of_sizes(2.0)
+    assert 1.0 - broad.momentum == pytest.approx(0.5 * (1.0 - RECIPE.momentum))
+    assert broad.give_up_first == round(1.5 * RECIPE.give_up_first)
+    assert RECIPE.of_sizes(10.0 * BREADTH_MAX) == RECIPE.of_sizes(BREADTH_MAX)

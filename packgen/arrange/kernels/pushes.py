@@ -57,8 +57,7 @@ def push_pairs(
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
-        lightness: Share of a push that a sphere takes: in proportion to one over its radius cubed, 0 where it
-            is fixed, shape (N,).
+        lightness: Each of a pair takes the share of its own in the sum; see ``push_lightness``; shape (N,).
         owner: One sphere of each listed pair.
         neighbor: The other one.
         touching: The pairs that overlap, shape (T,).

@@ -1,0 +1,28 @@
+"""How two overlapping spheres share the way that parts them."""
+
+from __future__ import annotations
+
+from packgen.arrays import Float64Array
+
+
+def push_lightness(radius: Float64Array, moving: int, reference: float) -> Float64Array:
+    """Return the lightness of each sphere: of a push each of a pair takes the share of its own in the sum.
+
+    Of two that move that is one over the mass. What is fixed does not move, whatever its share; but a large
+    sphere on a bed of small fixed ones has many contacts at once, and if it took each push in full, all of
+    them together would throw it off its place again and again, until it counts as a sphere without a place.
+    Of the largest spheres each takes the ratio of the radii; of equal ones the moving one takes all.
+
+    Args:
+        radius: Radii [m], shape (N,), float64.
+        moving: The first so many spheres move.
+        reference: Any radius [m], to keep the numbers near one.
+
+    Returns:
+        Lightness, shape (N,), float64; 0 of a fixed sphere as large as the largest.
+    """
+    lightness = (reference / radius) ** 3
+    if moving < len(radius):
+        largest = float(radius.max())
+        lightness[moving:] = (reference / largest) ** 3 * (largest / radius[moving:] - 1.0)
+    return lightness

@@ -1,0 +1,44 @@
+"""Beds of sizes far apart: every height has its share of each, and they are denser than equal spheres."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from packgen.measure import contacts, solid_fraction
+from tests.scenes import box, constant, run_scene
+
+LARGE = 0.03
+WIDTH = 20.0 * LARGE
+
+
+def two_sizes(tmp_path, ratio, fine, count):
+    """A column of two sizes; ``fine``: share of the small ones in the volume."""
+    solid = 4.0 / 3.0 * np.pi * LARGE**3 / (1.0 - fine + fine * ratio**3)
+    height = count * solid / (0.5 * WIDTH**2) + 10.0 * LARGE
+    zone = {"n_particles": count, "set_proportions": [1.0 - fine, fine], "proportions_by": "volume"}
+    container = box([0] * 3, [WIDTH, WIDTH, height])
+    return run_scene(tmp_path, container, [constant(LARGE), constant(LARGE / ratio)], zones=[zone]).bed
+
+
+def shares(bed, slabs):
+    """The share of the large spheres in each of some slabs, those at the floor and the free top left out."""
+    bottom, radius = bed.position[:, 2] - bed.radius, bed.radius
+    edges = np.linspace(2.0 * LARGE, np.quantile(bed.position[:, 2], 0.9), slabs + 1)
+    deep = np.clip(edges[:, None] - bottom, 0.0, 2.0 * radius)
+    below = np.pi / 3.0 * deep**2 * (3.0 * radius - deep)
+    solid = np.diff(below, axis=0)
+    return solid[:, bed.set_index == 0].sum(axis=1) / solid.sum(axis=1)
+
+
+@pytest.mark.physics
+@pytest.mark.parametrize(
+    ("ratio", "count", "fine", "core"),
+    [(3.0, 10_000, 0.3, 0.65), (5.0, 30_000, 0.3, 0.67), (5.0, 30_000, 0.5, 0.64)],
+)
+def test_two_sizes_are_mixed_at_every_height_and_fill_each_others_voids(tmp_path, ratio, count, fine, core):
+    bed = two_sizes(tmp_path, ratio, fine, count)
+    assert bed.count == count
+    assert solid_fraction(bed).core > core
+    assert contacts(bed)[-1].none < 0.02
+    assert np.abs(shares(bed, 4) - (1.0 - fine)).max() < 0.08
