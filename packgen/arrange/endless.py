@@ -20,7 +20,7 @@ from packgen.arrays import Float64Array
 from packgen.radii import Draw, Supply
 
 FULL = 0.61
-"""Solid fraction at which a zone is full: that of the core of the beds that ``layers`` makes."""
+"""Solid fraction at which a zone of equal spheres is full: that of the core of beds that ``layers`` makes."""
 
 WALL_SHELL = 0.25
 """Space lost at a wall, in reference radii, by the lower density there: measured between walls 14 diameters
@@ -69,7 +69,7 @@ def fill_at_once(
         gained = cell.add(batch)
         stalled = 0 if gained > 0 else stalled + 1
         batch += 1
-        share = cell.solid / max(FULL * cell.room, cell.solid)
+        share = cell.solid / max(cell.full * cell.room, cell.solid)
         level = region.floor + share * (region.ceiling - region.floor)
         on_round(batch, len(pile), level, cell.stats.thrown_back)
     return batch
@@ -79,6 +79,7 @@ class _Cell:
     """The state of filling one zone.
 
     Attributes:
+        full: Solid fraction at which the zone is full.
         room: Space that spheres of the zone have their centres in [m3].
         solid: Volume of the spheres with their centres there [m3].
     """
@@ -97,6 +98,7 @@ class _Cell:
         self.rng, self.device, self.stats = rng, device, SettleStats()
         # The same sweeps without the sinking: time for random starts to part before any is given up.
         self.recipe = replace(recipe, sink_first=0.0, sink_last=0.0)
+        self.full = supply.solid_fraction(FULL)
         self.room = self._room()
         front = pile.front
         within = region.clearance(front.position) >= 0.0 if len(front) else np.zeros(0, bool)
@@ -110,7 +112,7 @@ class _Cell:
         """How many spheres are still to be placed; of a zone without an amount, until it is full."""
         if self.supply.remaining is not None:
             return self.supply.remaining
-        return max(round((FULL * self.room - self.solid) / self.supply.mean_volume), 0)
+        return max(round((self.full * self.room - self.solid) / self.supply.mean_volume), 0)
 
     def add(self, batch: int) -> int:
         """Add spheres up to a full zone, or a few more to one that is; return how many are gained."""
@@ -149,7 +151,7 @@ class _Cell:
         """Take spheres up to a full zone; where more are asked for, at least so many."""
         open_end = self.supply.remaining is None
         least = 1 if open_end else max(least, 1)
-        wanted = FULL * self.room - self.solid
+        wanted = self.full * self.room - self.solid
         draw = self.supply.take(max(round(wanted / self.supply.mean_volume), least))
         while open_end and _volume(draw.radius) < wanted - 0.5 * self.supply.mean_volume:
             more = self.supply.take(max(len(draw.radius) // 20, 1))

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from packgen.bed import Material
 from packgen.errors import SceneError
@@ -112,6 +112,7 @@ def load_scene(path: Path) -> Scene:
         document = model.model_validate(data, context={"folder": Path(path).parent})
     except ValidationError as error:
         faults += faults_of(error, model, data)
+        faults += _hidden_faults(data, faults, model, Path(path).parent)
         raise SceneError(lines_of(_without_echoes(faults), marked)) from error
     if not faults:
         zones = fill_proportions(document)
@@ -147,6 +148,39 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         zones=zones,
         validation=document.validation,
         marked=marked,
+    )
+
+
+def _hidden_faults(
+    data: dict[str, Any], faults: list[Fault], model: type[BaseModel], folder: Path
+) -> list[Fault]:
+    """Return what is wrong with sets and zones as wholes: a fault at one key keeps that from being seen."""
+    faulty: dict[tuple[Any, ...], set[Any]] = {}
+    for fault in faults:
+        if len(fault.location) > 2:
+            faulty.setdefault(fault.location[:2], set()).add(fault.location[2])
+    cleaned = dict(data)
+    for name in ("particle_sets", "zones"):
+        if isinstance(data.get(name), list):
+            cleaned[name] = [
+                _without(each, faulty.get((name, i), set())) for i, each in enumerate(data[name])
+            ]
+    try:
+        model.model_validate(cleaned, context={"folder": folder})
+    except ValidationError as error:
+        found = faults_of(error, model, cleaned)
+        return [each for each in found if each.location[2:3] and _is_new(each, faulty)]
+    return []
+
+
+def _is_new(fault: Fault, faulty: dict[tuple[Any, ...], set[Any]]) -> bool:
+    place = faulty.get(fault.location[:2])
+    return place is not None and fault.location[2] not in place
+
+
+def _without(values: Any, keys: set[Any]) -> Any:
+    return (
+        {key: each for key, each in values.items() if key not in keys} if isinstance(values, dict) else values
     )
 
 

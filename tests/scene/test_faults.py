@@ -230,3 +230,22 @@ def test_a_file_of_radii_serves_one_zone(tmp_path: Path) -> None:
 def test_numbers_that_no_bed_has_are_refused(tmp_path: Path, text: str, said: str) -> None:
     (found,) = problems(tmp_path, f"{BOX}particle_sets: [{text}]\n")
     assert said in found
+
+
+def test_a_fault_at_one_key_of_a_set_or_zone_hides_none_of_the_others(tmp_path: Path) -> None:
+    text = f"""\
+{BOX}
+particle_sets:
+  - {{radius_distribution: uniform, radius_min: 0.05, radius_max: 0.02, density: -1, materal: ore}}
+  - {{radius_distribution: discrete, radii: [0.1, 0.2], fractions: [0.3, 0.3], name: 7}}
+  - {{radius_distribution: uniform, radius_min: 0.05, density: -1}}
+zones:
+  - {{volume: 1, mass: 2, set_proportions: [1, 0, 0], proportions_by: size}}
+"""
+    found = [each.split(": ")[1] for each in problems(tmp_path, text)]
+    assert found == [
+        "particle_sets[0].radius_max", "particle_sets[0].density", "particle_sets[0].materal",
+        "particle_sets[1].fractions", "particle_sets[1].name",
+        "particle_sets[2].radius_max", "particle_sets[2].density",
+        "zones[0].mass", "zones[0].proportions_by",
+    ]  # fmt: skip
