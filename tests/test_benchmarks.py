@@ -203,6 +203,30 @@ def test_facets_packs_the_same_spheres_in_a_form_and_in_meshes_of_facets(tmp_pat
     assert text.splitlines()[0] == "What facets cost"
 
 
+@needs_liggghts
+@pytest.mark.solver
+@pytest.mark.slow
+def test_mixtures_holds_arranged_beds_against_poured_ones_and_a_model(tmp_path):
+    rows, text = run("mixtures", tmp_path, "--depth", "6", "--beds", "1", "--sizes", "1:2, 30% small")
+    assert [row["by"] for row in rows] == ["packgen", "LIGGGHTS"]
+    assert rows[0]["spheres"] == rows[1]["spheres"]
+    assert all(0.5 < float(row["core"]) < 0.75 for row in rows)
+    assert all(0.4 < float(row["large_lowest"]) <= float(row["large_highest"]) < 1.0 for row in rows)
+    assert "1:2, 30% small, LIGGGHTS" in text
+
+
+def test_a_mixtures_mean_sphere_and_number_are_those_of_its_masses():
+    script = importlib.import_module("mixtures")
+    half = script.Mixture("", (0.002, 0.001), (0.5, 0.5))
+    # One large sphere to eight small ones: two volumes of the large one in nine spheres.
+    assert half.radius_mean == pytest.approx(0.002 * (2.0 / 9.0) ** (1.0 / 3.0))
+    assert half.share_large == 0.5
+    equal = script.Mixture("", (script.LARGE,), (1.0,))
+    solid = equal.count(10.0) * 4.0 / 3.0 * np.pi * script.LARGE**3
+    room = 10.0 * script.ACROSS**2 * script.LARGE**3
+    assert solid / room == pytest.approx(script.FRACTION, abs=0.005)
+
+
 @pytest.mark.parametrize("waist", [0.0, 0.02])
 def test_the_vessels_of_facets_are_closed_and_about_as_large_as_the_cylinder(tmp_path, waist):
     script = importlib.import_module("facets")
@@ -242,7 +266,16 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "script", ["speed_against_error", "scaling", "bed_quality", "export_speed", "solver_agreement"]
+    "script",
+    [
+        "speed_against_error",
+        "scaling",
+        "bed_quality",
+        "export_speed",
+        "facets",
+        "mixtures",
+        "solver_agreement",
+    ],
 )
 def test_every_script_explains_itself(script, capsys):
     with pytest.raises(SystemExit, match="0"):

@@ -11,6 +11,7 @@ import math
 import shutil
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,10 +55,9 @@ fix gravity all gravity {gravity} vector 0 0 -1
 {sides}
 fix wall_z0 all wall/gran model hertz tangential history primitive type 1 zplane 0
 fix wall_z1 all wall/gran model hertz tangential history primitive type 1 zplane {height}
-fix sphere all particletemplate/sphere {seeds[0]} atom_type 1 density constant {density} &
- radius constant {radius}
-fix spheres all particledistribution/discrete {seeds[1]} 1 sphere 1.0
-fix insert all insert/pack seed {seeds[2]} distributiontemplate spheres maxattempt 500 insert_every once &
+{templates}
+fix spheres all particledistribution/discrete/massbased {seeds[0]} {mixture}
+fix insert all insert/pack seed {seeds[1]} distributiontemplate spheres maxattempt 500 insert_every once &
  overlapcheck yes all_in yes vel constant 0 0 0 region room particles_in_region {spheres}
 fix integrate all nve/sphere
 thermo_style custom step atoms ke
@@ -77,6 +77,9 @@ dump_modify end format "%d %.17g %.17g %.17g %.17g"
 run 0
 """
 
+TEMPLATE = """\
+fix {name} all particletemplate/sphere {seed} atom_type 1 density constant {density} &
+ radius constant {radius}"""
 WALL = "fix wall_{name} all wall/gran model hertz tangential history primitive type 1 {surface}"
 
 
@@ -111,18 +114,20 @@ def pour(
     seed: int,
     friction: float = FRICTION,
     cylinder: bool = False,
+    sizes: Sequence[tuple[float, float]] = (),
 ) -> Poured:
-    """Let LIGGGHTS insert equal spheres in a column and settle them.
+    """Let LIGGGHTS insert spheres in a column and settle them.
 
     Args:
         spheres: How many.
         width: Side of the square base, whose corner is the origin; or diameter of the round one, whose middle
             it is [m].
-        radius: Their radius [m].
+        radius: Their radius, or that of a sphere of mean volume [m].
         youngs_modulus: Young's modulus [Pa].
         seed: Chooses LIGGGHTS' seeds.
         friction: Coefficient of friction, of spheres and walls.
         cylinder: Whether the base is round.
+        sizes: Radius [m] and share of the mass of each size; none: all have ``radius``.
 
     Raises:
         SolverError: LIGGGHTS stopped, or did not insert all spheres.
@@ -131,7 +136,8 @@ def pour(
     height = column_height(spheres, width=side, radius=radius, fraction=INSERTED) + 4.0 * radius
     with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
         folder = Path(scratch)
-        deck = _deck(spheres, width, height, radius, youngs_modulus, seed, friction, cylinder)
+        mixture = tuple(sizes) or ((radius, 1.0),)
+        deck = _deck(spheres, width, height, radius, youngs_modulus, seed, friction, cylinder, mixture)
         (folder / "in.pour").write_text(deck, encoding="ascii")
         start = time.perf_counter()
         command = [shutil.which("liggghts") or "liggghts", "-in", "in.pour", "-log", "none"]
@@ -159,6 +165,7 @@ def _deck(
     seed: int,
     friction: float,
     cylinder: bool,
+    mixture: Sequence[tuple[float, float]],
 ) -> str:
     low, high = (-0.5 * width, 0.5 * width) if cylinder else (0.0, width)
     if cylinder:
@@ -171,8 +178,15 @@ def _deck(
             for axis in "xy"
             for end, place in enumerate((low, high))
         ]
-    timestep = RAYLEIGH_SHARE * rayleigh_time(radius, modulus)
+    smallest = min(size for size, _ in mixture)
+    timestep = RAYLEIGH_SHARE * rayleigh_time(smallest, modulus)
     weight = sphere_volume(radius) * DENSITY * GRAVITY
+    *template_seeds, one, other = primes_above(10_000 + 100 * seed, len(mixture) + 2)
+    seeds = one, other
+    templates = [
+        TEMPLATE.format(name=f"size{i}", seed=prime, density=DENSITY, radius=size)
+        for i, (prime, (size, _)) in enumerate(zip(template_seeds, mixture, strict=True))
+    ]
     return DECK.format(
         low=low,
         high=high,
@@ -180,15 +194,15 @@ def _deck(
         sides="\n".join(sides),
         friction=friction,
         height=height,
-        radius=radius,
+        templates="\n".join(templates),
+        mixture=f"{len(mixture)} " + " ".join(f"size{i} {share}" for i, (_, share) in enumerate(mixture)),
         modulus=modulus,
         poisson=POISSONS_RATIO,
-        density=DENSITY,
         gravity=GRAVITY,
         spheres=spheres,
-        skin=0.5 * radius,
+        skin=0.5 * smallest,
         timestep=timestep,
-        seeds=primes_above(10_000 + 100 * seed, 3),
+        seeds=seeds,
         # Until the highest spheres are down there is nothing to wait for.
         fall=math.ceil(math.sqrt(2.0 * height / GRAVITY) / timestep),
         every=math.ceil(2.0 * math.sqrt(2.0 * radius / GRAVITY) / timestep),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.kernels.pushes import push_pairs, touching_pairs
 from packgen.arrange.kernels.seams import blamed_sphere, push_seam_pairs, seam_overlaps
-from packgen.arrange.kernels.walls import out_of_reach, wall_gap
+from packgen.arrange.kernels.walls import TRIANGLE, out_of_reach, wall_gap
 
 GRAIN_PUSH = 0.1
 """Largest push by rough walls in a sweep, all features together, in radii: gentle, for a sphere between two
@@ -56,7 +56,7 @@ def wall_candidates(
         room: Out: how far the sphere is from each [m], as long as ``item``.
 
     Returns:
-        Number of entries, or -1 where ``item`` is too short.
+        Number of entries, or -1 where ``item`` is too short; of triangles a sphere's nearest one comes first.
     """
     total = 0
     inverse = 1.0 / map_size
@@ -78,6 +78,11 @@ def wall_candidates(
             if gap < margin[i]:
                 item[total] = feature
                 room[total] = gap
+                if kind[feature] == TRIANGLE and gap < room[begin[i]]:
+                    # The nearest first: a rough wall's push goes its way, not that of some far facet.
+                    nearest = begin[i]
+                    item[total], item[nearest] = item[nearest], feature
+                    room[total], room[nearest] = room[nearest], gap
                 total += 1
     begin[moving] = total
     return total
