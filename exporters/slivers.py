@@ -19,29 +19,33 @@ Int64Array = NDArray[np.int64]
 
 FLAT = 1.0e-3  # radians from facet to facet: single precision leaves a narrow facet turned by less
 ASPECT = 400.0  # length of an edge's pieces, in widths of the narrow facet: angles of 0.14 degrees
+ASPECT_OF_CORNERS = 3.0  # the same where corners have to be kept: angles of 18 degrees
 PIECES_MAX = 200  # of one edge
+AREA_LEAST = 1.0e-9  # of a facet, over the square of its longest side
 AREA_ERROR_MAX = 1.0e-5  # of a part; a part that is not convex is larger when triangulated and stays as it is
 
 
 def widened(
-    vertices: Float64Array, faces: Int64Array, narrow: NDArray[np.bool_]
-) -> tuple[Float64Array, Int64Array]:
+    vertices: Float64Array, faces: Int64Array, narrow: NDArray[np.bool_], aspect: float = ASPECT
+) -> tuple[Float64Array, Int64Array, Int64Array]:
     """Return a surface without the narrow facets of its flat, convex parts.
 
     Args:
         vertices: Corner positions [m], shape (V, 3), each position once.
         faces: Corner indices, shape (F, 3).
         narrow: Which facets are too narrow, shape (F,).
+        aspect: Length that the edges' pieces get at most, in widths of the narrowest facet of a part.
 
     Returns:
-        Corners, those given first, and faces; as they are where no facet is narrow.
+        (corners, those given first; faces; a given facet of the part that each of them lies in); all as they
+        are where no facet is narrow.
     """
     if not narrow.any():
-        return vertices, faces
+        return vertices, faces, np.arange(len(faces))
     part = _flat_parts(vertices, faces)
-    pieces = _pieces_of_edges(vertices, faces, part, narrow)
+    pieces = _pieces_of_edges(vertices, faces, part, narrow, aspect)
     vertices, between = _divided(vertices, pieces)
-    kept, made = np.ones(len(faces), dtype=bool), []
+    kept, made, origin = np.ones(len(faces), dtype=bool), [], []
     for number in np.unique(part[_touched(faces, between)]):
         members = np.flatnonzero(part == number)
         outline = [
@@ -53,7 +57,12 @@ def widened(
         if triangles is not None:
             kept[members] = False
             made.append(triangles)
-    return vertices, np.concatenate([faces[kept], *made])
+            origin.append(np.full(len(triangles), members[0]))
+    return (
+        vertices,
+        np.concatenate([faces[kept], *made]),
+        np.concatenate([np.flatnonzero(kept), *origin]),
+    )
 
 
 def _flat_parts(vertices: Float64Array, faces: Int64Array) -> Int64Array:
@@ -86,7 +95,7 @@ def _outline(faces: Int64Array) -> list[tuple[int, int]]:
 
 
 def _pieces_of_edges(
-    vertices: Float64Array, faces: Int64Array, part: Int64Array, narrow: NDArray[np.bool_]
+    vertices: Float64Array, faces: Int64Array, part: Int64Array, narrow: NDArray[np.bool_], aspect: float
 ) -> dict[tuple[int, int], int]:
     """Return into how many pieces the edges around parts with narrow facets are divided."""
     pieces: dict[tuple[int, int], int] = {}
@@ -98,7 +107,7 @@ def _pieces_of_edges(
         width = float(side.min())
         for edge in _outline(faces[part == number]):
             length = float(np.linalg.norm(vertices[edge[1]] - vertices[edge[0]]))
-            count = min(int(np.ceil(length / (ASPECT * width))), PIECES_MAX)
+            count = min(int(np.ceil(length / (aspect * width))), PIECES_MAX)
             if count > 1:
                 pieces[edge] = max(count, pieces.get(edge, 1))
     return pieces
@@ -141,6 +150,9 @@ def _triangulated(vertices: Float64Array, faces: Int64Array, points: Int64Array)
     first, second, third = (plane[triangles[:, index]] for index in range(3))
     twice = (second - first)[:, 0] * (third - first)[:, 1] - (second - first)[:, 1] * (third - first)[:, 0]
     triangles[twice < 0] = triangles[twice < 0][:, ::-1]
+    # Points along a straight edge are in line but for rounding: facets of no area between them are none.
+    side = np.stack([second - first, third - second, first - third], axis=1)
+    triangles = triangles[np.abs(twice) > AREA_LEAST * (side**2).sum(axis=2).max(axis=1)]
     wanted = float(np.linalg.norm(area, axis=1).sum())
     if abs(float(np.abs(twice).sum()) - wanted) > AREA_ERROR_MAX * wanted:
         return None

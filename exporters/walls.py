@@ -7,6 +7,10 @@ What LIGGGHTS 3.8 does with facets, and what follows (found by running it):
   is pushed by several facets at once. With a value above the angle of an edge that protrudes into the bed,
   that edge has no contact at all and spheres fall through it. `smooth_angle` therefore takes the hollow edges
   in and leaves the protruding ones.
+- At a corner where two edges, of one facet too, lie within ``curvature`` of each other it makes no contact: a
+  sphere at the corner of a baffle of two long facets, or on the tip of a slender cone, sinks in, and is
+  thrown off as soon as it meets an edge from beyond its end. Facets that protrude are made wider, too, and
+  `smooth_angle` stays below the angles that they have then.
 - It stops at two equal facets, and at a facet with an angle below 0.0573 degrees. Facets of a flat, convex
   part of the wall are made wider (``exporters.slivers``); what is too narrow after that, and doubles, are
   dropped.
@@ -34,6 +38,7 @@ FACET_ANGLE_MIN = 0.06  # degrees; LIGGGHTS' hard limit is 0.001 rad = 0.0573 de
 NEIGHBORS_MAX = 5  # facets that share an edge with one facet; more stop LIGGGHTS
 SMOOTH_ANGLE_DEFAULT = 0.2562  # degrees; LIGGGHTS' own
 SMOOTH_ANGLE_MAX = 30.0  # degrees; sharper edges are edges, no triangulated curve
+CORNER_MARGIN = 1.05  # by which an angle at a protruding corner is wider than what counts as smooth
 ROWS_PER_CHUNK = 8192
 
 Float64Array = NDArray[np.float64]
@@ -87,16 +92,20 @@ def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> 
     open_edges = int((edge_uses(faces) == 1).sum())
     faces = faces[~on_periodic_side(container)]
     angle = smallest_angles(vertices, faces)
-    vertices, faces = slivers.widened(vertices, faces, (angle > DEGENERATE_ANGLE) & (angle <= angle_min))
+    vertices, faces, _ = slivers.widened(vertices, faces, (angle > DEGENERATE_ANGLE) & (angle <= angle_min))
     good = clean_facets(vertices, faces, angle_min=angle_min)
-    kept = faces[good]
+    kept, dropped = faces[good], len(faces) - int(good.sum())
+    sheets = _on_sheets(container, vertices, kept)
+    smooth = smooth_angle(Surface(vertices, kept), sheets)
+    narrow = protruding(Surface(vertices, kept), sheets)
+    narrow &= smallest_angles(vertices, kept) <= CORNER_MARGIN * smooth
+    if narrow.any():
+        vertices, kept, source = slivers.widened(vertices, kept, narrow, slivers.ASPECT_OF_CORNERS)
+        sheets = sheets[source]
+        corner = smallest_angles(vertices, kept)[protruding(Surface(vertices, kept), sheets)]
+        smooth = min(smooth, float(corner.min()) / CORNER_MARGIN)
     _check_neighbors(kept)
-    return Facets(
-        triangles=vertices[kept],
-        dropped=len(faces) - len(kept),
-        open_edges=open_edges,
-        smooth_angle=smooth_angle(Surface(vertices, kept), _on_sheets(container, vertices, kept)),
-    )
+    return Facets(vertices[kept], dropped, open_edges, smooth)
 
 
 def clean_facets(
@@ -162,6 +171,22 @@ def smooth_angle(surface: Surface, both_sides: BoolArray | None = None) -> float
     ridge = angle[protrudes & (angle > SMOOTH_ANGLE_DEFAULT)]
     wanted = 1.02 * float(hollow.max(initial=0.0)) + 0.05
     return max(SMOOTH_ANGLE_DEFAULT, min(wanted, 0.98 * float(ridge.min(initial=np.inf))))
+
+
+def protruding(surface: Surface, both_sides: BoolArray) -> BoolArray:
+    """Return which facets, shape (F,), spheres meet at their edges and corners too.
+
+    Args:
+        surface: The facets.
+        both_sides: Which of them have spheres on either side, shape (F,).
+    """
+    angle, protrudes = edge_angles(surface, both_sides)
+    sides, others = shared_edges(surface.faces)
+    ridge = protrudes & (angle > SMOOTH_ANGLE_DEFAULT)
+    found = both_sides.copy()
+    found[sides[ridge] // 3] = True
+    found[others[ridge] // 3] = True
+    return found
 
 
 def edge_angles(surface: Surface, both_sides: BoolArray | None = None) -> tuple[Float64Array, BoolArray]:

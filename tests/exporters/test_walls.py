@@ -58,6 +58,29 @@ def test_smooth_angle_is_below_that_of_a_curved_sheet_with_spheres_on_either_sid
         assert low < walls.wall_facets(container).smooth_angle < high
 
 
+def test_facets_of_a_sheet_are_wider_than_what_counts_as_smooth_and_its_surface_stays(tmp_path):
+    tank = meshes.tank(open_top=True)
+    meshes.saved(tank, tmp_path)
+    _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
+    facets = walls.wall_facets(container)
+    assert facets.smooth_angle > 7.5  # the drum around the baffles, as smooth as before
+    flat = np.isclose(facets.triangles[:, :, 1], 0.0).all(axis=1)  # the baffles in the plane y = 0
+    vertices, index = np.unique(facets.triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    angle = walls.smallest_angles(vertices, index.reshape(-1, 3))
+    assert angle[flat].min() > 1.05 * facets.smooth_angle
+    area = np.linalg.norm(np.cross(*np.diff(facets.triangles, axis=1).transpose(1, 0, 2)), axis=1).sum() / 2
+    assert area == pytest.approx(tank.area, rel=1e-6)
+
+
+def test_smooth_angle_is_below_the_angle_at_the_tip_of_a_slender_insert(tmp_path):
+    tip = trimesh.creation.cone(radius=0.1, height=0.5, sections=60)  # facets of 1.2 degrees at the tip
+    tip.apply_translation([0.0, 0.0, -0.9])
+    drum = trimesh.creation.cylinder(radius=1.0, height=2.0, sections=48)
+    meshes.saved(meshes.joined(drum, tip), tmp_path)
+    _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
+    assert walls.wall_facets(container).smooth_angle < 1.2
+
+
 def rounder(pipe):
     """The same pipe of 96 facets: flatter edges than the drum's."""
     fine = trimesh.creation.cylinder(radius=0.3, height=1.0, sections=96)
@@ -155,6 +178,20 @@ def test_a_flat_part_that_is_not_convex_keeps_its_facets():
     faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 6, 1]])
     narrow = walls.smallest_angles(vertices, faces) <= walls.FACET_ANGLE_MIN
     assert narrow.tolist() == [False] * 4 + [True]
-    found, kept = slivers.widened(vertices, faces, narrow)
+    found, kept, source = slivers.widened(vertices, faces, narrow)
+    assert np.array_equal(kept, faces[source])
     assert np.array_equal(np.sort(kept, axis=0), np.sort(faces, axis=0))
     assert np.array_equal(found[:7], vertices)
+
+
+@pytest.mark.parametrize("vessel", [meshes.hopper, meshes.tank], ids=["hopper", "tank"])
+def test_dividing_what_protrudes_makes_no_facet_that_liggghts_refuses(tmp_path, vessel):
+    mesh = vessel(open_top=True)
+    meshes.saved(mesh, tmp_path)
+    _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
+    facets = walls.wall_facets(container)
+    assert len(facets.triangles) > len(mesh.faces)
+    vertices, index = np.unique(facets.triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    assert walls.clean_facets(vertices, index.reshape(-1, 3)).all()
+    sides = np.diff(facets.triangles, axis=1)
+    assert np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2 == pytest.approx(mesh.area)

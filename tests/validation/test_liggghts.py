@@ -10,8 +10,10 @@ from exporters import liggghts
 from packgen.bed import Cone, Mesh, Polyhedron
 from packgen.errors import SolverError
 from packgen.validation import Limits, predicted_forces, validate, validation_dict
+from tests import container_meshes as meshes
 from tests.beds import box_container, make_bed, make_container, revolved_surface
 from tests.exporters.beds import RADIUS, lattice
+from tests.scenes import constant, read_scene
 
 pytestmark = [
     pytest.mark.solver,
@@ -100,6 +102,25 @@ def test_a_sphere_at_the_side_of_a_cone_with_a_narrow_tip_has_one_contact(tmp_pa
     assert zero.wall_count == 1
     assert zero.wall_overlap_max == pytest.approx(1e-3, rel=1e-6)
     assert zero.law_error < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("corner", "away"),
+    [
+        ([0.8, 0.0, 1.9], [-0.8, 0.5, 0.3]),
+        ([0.0, -0.8, 1.9], [0.1, 0.2, 1.0]),
+        ([-0.8, 0.0, 0.1], [0.3, 0.6, -0.7]),
+    ],
+)
+def test_a_sphere_at_the_corner_of_a_baffle_of_long_facets_has_its_contact(tmp_path, corner, away):
+    meshes.saved(meshes.tank(open_top=True), tmp_path)
+    _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
+    depth = 0.05 * (1.0 - 1e-3)
+    position = np.array(corner) + depth * np.array(away) / np.linalg.norm(away)
+    bed = make_bed([position], 0.05, container)
+    zero = judge(bed, tmp_path / "deck", Limits(free_fall_times=0.01)).step_zero
+    assert zero.wall_count == 1
+    assert zero.wall_force_max == pytest.approx(predicted_forces(bed).wall_force_max, rel=1e-6)
 
 
 def _planes(surface):
