@@ -57,6 +57,7 @@ class Supply:
         radius_by_volume: Mean radius, each sphere counted by its volume [m].
         radius_min: Smallest radius that will come [m].
         radius_max: Largest radius that will come [m].
+        shares: Share of each set by number, shape (sets,).
     """
 
     def __init__(self, zone: Amount, particle_sets: Sequence[SizedSet], rng: np.random.Generator) -> None:
@@ -71,7 +72,7 @@ class Supply:
             PackingError: The zone asks for more spheres than 2^31 - 1.
         """
         self._sets, self._rng = tuple(particle_sets), rng
-        self._share = number_shares(zone, particle_sets)
+        self.shares = number_shares(zone, particle_sets)
         self._count_by_set = np.zeros(len(self._sets), dtype=np.int64)
         self._stock = [np.empty(0) for _ in self._sets]
         self._queue: deque[Draw] = deque()
@@ -143,7 +144,7 @@ class Supply:
             return self._draw_sum("mass" if zone.volume is None else "volume", wanted or 0.0, round(expected))
         lists = [
             (each.distribution.count, share)
-            for each, share in zip(self._sets, self._share, strict=True)
+            for each, share in zip(self._sets, self.shares, strict=True)
             if share > 0.0 and isinstance(each.distribution, Listed)
         ]
         # Rounded to nine digits first: 300 spheres at a share of 0.3 are 1000, not 999.
@@ -152,7 +153,7 @@ class Supply:
 
     def _draw_count(self, count: int) -> Draw:
         """Draw a number of spheres, divided among the sets by largest remainder."""
-        counts = largest_remainder(self._share, count)
+        counts = largest_remainder(self.shares, count)
         return self._shuffled(counts, [self._radii(index, int(each)) for index, each in enumerate(counts)])
 
     def _draw_sum(self, by: str, wanted: float, count: int) -> Draw:
@@ -161,15 +162,15 @@ class Supply:
         About the right number is drawn; then single spheres are added, taken away or (those of files)
         exchanged, each time what comes nearest to what is missing.
         """
-        counts = largest_remainder(self._share, count)
-        reserve = np.where(self._share > 0.0, np.maximum(BLOCK * self._share, 1.0), 0.0).astype(np.int64)
+        counts = largest_remainder(self.shares, count)
+        reserve = np.where(self.shares > 0.0, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
         drawn, spare = [], []
         for index, each in enumerate(self._sets):
             law = each.distribution
             if isinstance(law, Listed):
                 order = self._rng.permutation(law.radius)
                 drawn.append(order[: counts[index]])
-                spare.append(order[counts[index] :] if self._share[index] > 0.0 else order[:0])
+                spare.append(order[counts[index] :] if self.shares[index] > 0.0 else order[:0])
             else:
                 drawn.append(self._radii(index, int(counts[index])))
                 spare.append(self._radii(index, int(reserve[index])))
@@ -193,7 +194,7 @@ class Supply:
 
     def _draw_more(self, count: int) -> Draw:
         """Draw the next spheres of an endless zone: each set gets what it is short of."""
-        quota = self._share * (int(self._count_by_set.sum()) + count)
+        quota = self.shares * (int(self._count_by_set.sum()) + count)
         short = np.maximum(quota - self._count_by_set, 0.0)
         counts = largest_remainder(short / short.sum(), count)
         self._count_by_set += counts
@@ -226,11 +227,11 @@ class Supply:
             self.radius_min, self.radius_max = float(draw.radius.min()), float(draw.radius.max())
             self._sizes = size_classes(draw.radius, draw.radius**3)
             return
-        used = [each for each, share in zip(self._sets, self._share, strict=True) if share > 0.0]
-        self.mean_volume = float(self._share @ mean_weights("volume", self._sets))
+        used = [each for each, share in zip(self._sets, self.shares, strict=True) if share > 0.0]
+        self.mean_volume = float(self.shares @ mean_weights("volume", self._sets))
         level = (np.arange(QUANTILES) + 0.5) / QUANTILES
         radius = np.stack([each.distribution.quantile(level) for each in used])
-        volume = self._share[self._share > 0.0, None] * radius**3
+        volume = self.shares[self.shares > 0.0, None] * radius**3
         self.radius_by_volume = float((volume * radius).sum() / volume.sum())
         self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)

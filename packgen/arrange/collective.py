@@ -14,6 +14,7 @@ import numpy as np
 from packgen.arrange.endless import fill_at_once
 from packgen.arrange.layers import LayerPlan, fill_in_layers
 from packgen.arrange.projection import settle
+from packgen.arrange.proportions import trim_to_shares
 from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import Region, make_region
 from packgen.arrange.spheres import Pile, Spheres, joined
@@ -61,6 +62,8 @@ def arrange(task: Task) -> Spheres:
         pile.unearth()
         fill = _fill_with_adam if task.settings.optimizer == "adam" else _fill_with_projection
         batch = fill(task, zone, region, pile, batch)
+        if supply.asked is None and np.count_nonzero(supply.shares) > 1:
+            trim_to_shares(pile, zone.index, supply.shares, -task.down)
     if len(pile) == 0:
         smallest = min(zone.supply.radius_min for zone in task.zones)
         meshed = isinstance(task.container.shape, Mesh | Polyhedron)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
 
 DEFAULT_SOLVER = "liggghts"
 FEW = 200  # spheres of a zone, by whose shares nothing is said
-SHARE_ERROR = 0.02  # of a set in a zone, from which it is said
+SHARE_ERROR = 0.005  # of a set in a zone, from which it is said
 
 
 class Stopwatch:
