@@ -344,6 +344,7 @@ def test_a_few_spheres_beside_an_earlier_zone_stand_on_the_floor(tmp_path):
     assert np.median(bed.position[own, 2]) == pytest.approx(0.03, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_adam_fills_a_small_vessel_as_far_as_a_large_one(tmp_path):
     counts = []
     for scale in (1.0, 0.01):

@@ -55,13 +55,13 @@ def test_where_a_set_found_no_room_the_others_stay(count):
     assert abs(count[0] - count[1]) > TRIM_SHARE * sum(count)
 
 
-@pytest.mark.parametrize("optimizer", ["projection", "adam"])
-def test_a_zone_filled_until_full_has_its_proportions_to_the_sphere(tmp_path, optimizer):
+@pytest.mark.parametrize(("optimizer", "width"), [("projection", 0.8), ("adam", 0.5)])
+def test_a_zone_filled_until_full_has_its_proportions_to_the_sphere(tmp_path, optimizer, width):
     sets = [constant(0.05), constant(0.04)]
     zone = {"set_proportions": [0.7, 0.3], "proportions_by": "number"}
     result = run_scene(
-        tmp_path, box([0] * 3, [0.8, 0.8, 0.8]), sets, zones=[zone], params={"optimizer": optimizer}
+        tmp_path, box([0] * 3, [width] * 3), sets, zones=[zone], params={"optimizer": optimizer}
     )
     count = np.bincount(result.bed.set_index)
     assert np.array_equal(count, largest_remainder(np.array([0.7, 0.3]), int(count.sum())))
-    assert result.zones[0].placed == result.bed.count > 400
+    assert result.zones[0].placed == result.bed.count > 90
