@@ -46,7 +46,7 @@ class Draw:
 class Supply:
     """The spheres still to be placed in a zone.
 
-    A zone with a number, a solid volume or a mass has all its radii drawn here and now, and shuffled. A zone
+    A zone with a number, a solid volume or a mass has all its radii drawn here and now, and mixed. A zone
     without draws as it goes; the proportions hold at every moment for all spheres drawn so far. A zone
     without an amount that uses a file of radii ends when the file does.
 
@@ -154,7 +154,7 @@ class Supply:
     def _draw_count(self, count: int) -> Draw:
         """Draw a number of spheres, divided among the sets by largest remainder."""
         counts = largest_remainder(self.shares, count)
-        return self._shuffled(counts, [self._radii(index, int(each)) for index, each in enumerate(counts)])
+        return self._mixed(counts, [self._radii(index, int(each)) for index, each in enumerate(counts)])
 
     def _draw_sum(self, by: str, wanted: float, count: int) -> Draw:
         """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, to half the smallest.
@@ -198,7 +198,7 @@ class Supply:
         short = np.maximum(quota - self._count_by_set, 0.0)
         counts = largest_remainder(short / short.sum(), count)
         self._count_by_set += counts
-        return self._shuffled(
+        return self._mixed(
             counts, [self._from_stock(index, int(each)) for index, each in enumerate(counts)]
         )
 
@@ -213,7 +213,7 @@ class Supply:
     def _radii(self, index: int, count: int) -> Float64Array:
         return self._sets[index].distribution.sample(self._rng, count)
 
-    def _shuffled(self, counts: Int64Array, radii: list[Float64Array]) -> Draw:
+    def _mixed(self, counts: Int64Array, radii: list[Float64Array]) -> Draw:
         set_index = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
         radius = np.concatenate(radii)
         order = mixed_order(radius, set_index, self._rng)
