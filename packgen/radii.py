@@ -198,9 +198,7 @@ class Supply:
         short = np.maximum(quota - self._count_by_set, 0.0)
         counts = largest_remainder(short / short.sum(), count)
         self._count_by_set += counts
-        return self._mixed(
-            counts, [self._from_stock(index, int(each)) for index, each in enumerate(counts)]
-        )
+        return self._mixed(counts, [self._from_stock(index, int(each)) for index, each in enumerate(counts)])
 
     def _from_stock(self, index: int, count: int) -> Float64Array:
         """Return radii of a set from stratified blocks: few at a time follow the law as well as many."""
