@@ -9,8 +9,8 @@ What LIGGGHTS 3.8 does with facets, and what follows (found by running it):
   in and leaves the protruding ones.
 - At a corner where two edges, of one facet too, lie within ``curvature`` of each other it makes no contact: a
   sphere at the corner of a baffle of two long facets, or on the tip of a slender cone, sinks in, and is
-  thrown off as soon as it meets an edge from beyond its end. Facets that protrude are made wider, too, and
-  `smooth_angle` stays below the angles that they have then.
+  thrown off as soon as it meets an edge from beyond its end. Facets with such a corner that protrudes are
+  made wider, too, and `smooth_angle` stays below the angles that are left there.
 - It stops at two equal facets, and at a facet with an angle below 0.0573 degrees. Facets of a flat, convex
   part of the wall are made wider (``exporters.slivers``); what is too narrow after that, and doubles, are
   dropped.
@@ -96,14 +96,16 @@ def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> 
     good = clean_facets(vertices, faces, angle_min=angle_min)
     kept, dropped = faces[good], len(faces) - int(good.sum())
     sheets = _on_sheets(container, vertices, kept)
-    smooth = smooth_angle(Surface(vertices, kept), sheets)
-    narrow = protruding(Surface(vertices, kept), sheets)
-    narrow &= smallest_angles(vertices, kept) <= CORNER_MARGIN * smooth
+    surface = Surface(vertices, kept)
+    smooth = smooth_angle(surface, sheets)
+    narrow = exposed_corners(surface, sheets) & (corner_angles(surface) <= CORNER_MARGIN * smooth)
     if narrow.any():
-        vertices, kept, source = slivers.widened(vertices, kept, narrow, slivers.ASPECT_OF_CORNERS)
-        sheets = sheets[source]
-        corner = smallest_angles(vertices, kept)[protruding(Surface(vertices, kept), sheets)]
-        smooth = min(smooth, float(corner.min()) / CORNER_MARGIN)
+        vertices, kept, source = slivers.widened(
+            vertices, kept, np.asarray(narrow.any(axis=1)), slivers.ASPECT_OF_CORNERS
+        )
+        surface, sheets = Surface(vertices, kept), sheets[source]
+        narrowest = corner_angles(surface)[exposed_corners(surface, sheets)].min()
+        smooth = min(smooth, float(narrowest) / CORNER_MARGIN)
     _check_neighbors(kept)
     return Facets(vertices[kept], dropped, open_edges, smooth)
 
@@ -173,20 +175,30 @@ def smooth_angle(surface: Surface, both_sides: BoolArray | None = None) -> float
     return max(SMOOTH_ANGLE_DEFAULT, min(wanted, 0.98 * float(ridge.min(initial=np.inf))))
 
 
-def protruding(surface: Surface, both_sides: BoolArray) -> BoolArray:
-    """Return which facets, shape (F,), spheres meet at their edges and corners too.
+def exposed_corners(surface: Surface, both_sides: BoolArray) -> BoolArray:
+    """Return which corners of the facets, shape (F, 3), spheres can meet: those of sheets, and tips.
+
+    A tip is where three edges or more protrude; along a ridge, two meet.
 
     Args:
         surface: The facets.
         both_sides: Which of them have spheres on either side, shape (F,).
     """
     angle, protrudes = edge_angles(surface, both_sides)
-    sides, others = shared_edges(surface.faces)
-    ridge = protrudes & (angle > SMOOTH_ANGLE_DEFAULT)
-    found = both_sides.copy()
-    found[sides[ridge] // 3] = True
-    found[others[ridge] // 3] = True
-    return found
+    sides, _ = shared_edges(surface.faces)
+    ridge = edges_of(surface.faces).reshape(-1, 2)[sides[protrudes & (angle > SMOOTH_ANGLE_DEFAULT)]]
+    tip = np.bincount(ridge.ravel(), minlength=len(surface.vertices)) >= 3
+    exposed: BoolArray = tip[surface.faces] | both_sides[:, None]
+    return exposed
+
+
+def corner_angles(surface: Surface) -> Float64Array:
+    """Return the angle of each facet at each of its corners [degrees], shape (F, 3)."""
+    corners = surface.vertices[surface.faces]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    behind = np.roll(corners, 1, axis=1) - corners
+    sine = np.linalg.norm(np.cross(ahead, behind), axis=2)
+    return np.asarray(np.degrees(np.arctan2(sine, (ahead * behind).sum(axis=2))))
 
 
 def edge_angles(surface: Surface, both_sides: BoolArray | None = None) -> tuple[Float64Array, BoolArray]:

@@ -81,6 +81,21 @@ def test_smooth_angle_is_below_the_angle_at_the_tip_of_a_slender_insert(tmp_path
     assert walls.wall_facets(container).smooth_angle < 1.2
 
 
+def test_a_sliver_along_a_ridge_leaves_the_drum_around_it_smooth(tmp_path):
+    waist = revolved_surface([(0, 1.2), (4, 0.6), (8, 1.2)], facets=48)  # a ridge of 17 degrees half way up
+    faces = waist.faces.tolist()
+    at = next(k for k, face in enumerate(faces) if np.isclose(waist.vertices[face][:, 2], 4.0).sum() == 2)
+    on, off = (faces[at] + faces[at])[:6], waist.vertices[faces[at]]
+    turn = next(k for k in range(3) if np.isclose(off[[k, (k + 1) % 3]][:, 2], 4.0).all())
+    a, b, c = on[turn : turn + 3]
+    inner = 0.999 * 0.5 * (waist.vertices[a] + waist.vertices[b]) + 0.001 * waist.vertices[c]
+    new = len(waist.vertices)
+    faces[at : at + 1] = [[a, b, new], [b, c, new], [c, a, new]]
+    surface = Surface(np.vstack([waist.vertices, inner]), np.array(faces))
+    facets = walls.wall_facets(make_container(Mesh(surface), surface, 1.0))
+    assert facets.smooth_angle == pytest.approx(walls.smooth_angle(waist))
+
+
 def rounder(pipe):
     """The same pipe of 96 facets: flatter edges than the drum's."""
     fine = trimesh.creation.cylinder(radius=0.3, height=1.0, sections=96)
@@ -184,13 +199,20 @@ def test_a_flat_part_that_is_not_convex_keeps_its_facets():
     assert np.array_equal(found[:7], vertices)
 
 
-@pytest.mark.parametrize("vessel", [meshes.hopper, meshes.tank], ids=["hopper", "tank"])
+def lance():
+    """A drum with a long, round lance in it: slender facets whose corners at its ends protrude."""
+    rod = trimesh.creation.cylinder(radius=0.1, height=1.2, sections=32)
+    return meshes.joined(trimesh.creation.cylinder(radius=1.0, height=2.0, sections=48), rod)
+
+
+@pytest.mark.parametrize("vessel", [lance, lambda: meshes.tank(open_top=True)], ids=["lance", "tank"])
 def test_dividing_what_protrudes_makes_no_facet_that_liggghts_refuses(tmp_path, vessel):
-    mesh = vessel(open_top=True)
+    mesh = vessel()
     meshes.saved(mesh, tmp_path)
     _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
     facets = walls.wall_facets(container)
     assert len(facets.triangles) > len(mesh.faces)
+    assert facets.smooth_angle > 7.5  # the drum stays smooth
     vertices, index = np.unique(facets.triangles.reshape(-1, 3), axis=0, return_inverse=True)
     assert walls.clean_facets(vertices, index.reshape(-1, 3)).all()
     sides = np.diff(facets.triangles, axis=1)
