@@ -131,16 +131,7 @@ def clean_facets(
 
 def smallest_angles(vertices: Float64Array, faces: NDArray[np.int64]) -> Float64Array:
     """Return the smallest angle of each facet [degrees], 0 of a degenerate one, shape (F,)."""
-    corners = vertices[faces]
-    side = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    twice_area = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
-    # The smallest angle lies between the two longest sides: sin = twice the area over their product.
-    longest = np.sort(side, axis=1)[:, 1:].prod(axis=1)
-    sine = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
-    angle: Float64Array = np.degrees(np.arcsin(np.minimum(sine, 1.0)))
-    return angle
+    return np.asarray(corner_angles(Surface(vertices, faces)).min(axis=1, initial=180.0))
 
 
 def _on_sheets(container: Container, vertices: Float64Array, faces: NDArray[np.int64]) -> BoolArray:

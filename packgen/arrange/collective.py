@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from packgen.arrange.endless import fill_at_once
-from packgen.arrange.layers import LayerPlan, fill_in_layers
+from packgen.arrange.layers import START_FRACTION, LayerPlan, fill_in_layers
 from packgen.arrange.projection import settle
 from packgen.arrange.proportions import trim_to_shares
 from packgen.arrange.recipe import Recipe
@@ -111,7 +111,8 @@ def _plan_of_size(plan: LayerPlan, batch_size: int, zone: ZoneTask, region: Regi
     Between half a diameter, thinner ones make loose beds, and twenty.
     """
     area = region.area(0.5 * (region.floor + region.ceiling))
-    per_diameter = 0.6 * area * 2.0 * zone.supply.radius_reference / zone.supply.mean_volume
+    fraction = zone.supply.solid_fraction(START_FRACTION)
+    per_diameter = fraction * area * 2.0 * zone.supply.radius_reference / zone.supply.mean_volume
     thickness = float(np.clip(batch_size / per_diameter, 0.5, 20.0))
     # A first layer thinner than its spheres would have no room between the floor and its own top.
     return replace(plan, thickness=thickness, first=max(1.0, 1.0 / thickness))
