@@ -30,7 +30,11 @@ become. One of broad sizes starts with as much more as these pack more densely."
 
 STALLED_SHARE = 0.02
 STALLED_MAX = 3
-"""So many layers in a row that gain no more than this share of what they try: the zone is full."""
+"""So many layers in a row that gain no more than this share of the volume they try: the zone is full."""
+
+POOR_SHARE, PORTION_MIN = 0.5, 0.25
+"""A layer of broad sizes that gains less than this share of its volume was overfull: pressed against a lid,
+its large spheres threw each other out. It is undone and tried with half as many, down to this portion."""
 
 NARROW_SHARE = 0.4
 """Where fewer of the places that are half inside the walls are wholly inside, spheres start half inside."""
@@ -107,8 +111,7 @@ def fill_in_layers(
     while not supply.finished and stalled < STALLED_MAX and loop.base < region.ceiling:
         gained, back, tried = loop.add_layer(batch)
         thrown_back += back
-        found_room = gained > STALLED_SHARE * tried
-        stalled = 0.0 if found_room or not loop.started else stalled + failure(tried)
+        stalled = 0.0 if gained > STALLED_SHARE or not loop.started else stalled + failure(tried)
         if stalled >= STALLED_MAX and not supply.finished and loop.climb():
             # Above a throat may be another chamber; one layer there will tell.
             stalled = STALLED_MAX - 1.0
@@ -144,7 +147,8 @@ class _Zone:
         self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
         self.start_fraction = supply.solid_fraction(START_FRACTION)
         self.climbed = -math.inf
-        self.started = self.closing = False
+        self.started = self.closing = self.failed = False
+        self.portion = 1.0
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
         # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
         wide = ColumnMap.over(region, 2.0 * max(supply.radius_by_volume, supply.radius_reference))
@@ -159,31 +163,47 @@ class _Zone:
         """Thickness of the next layer [m]."""
         return self.plan.thickness * self.diameter * (1.0 if self.started else self.plan.first)
 
-    def add_layer(self, batch: int) -> tuple[int, int, int]:
-        """Add one layer; return (spheres gained, spheres thrown back, spheres that were to be placed)."""
+    def add_layer(self, batch: int) -> tuple[float, int, int]:
+        """Add one layer; return (share of its volume gained, spheres thrown back, spheres to be placed)."""
         front = self.pile.front
         tops = self._surface(front)
         start, draw = self._assigned(self._starts(tops), front)
+        tried = len(draw.radius)
         # Stragglers go on top of what is there: to move it again would throw as many back as it places.
-        reopened = self._reopened(front, tops, start) & (not self.closing)
+        reopened = self._reopened(front, tops, start) & (not self.closing or self.failed)
         self.closing = self.closing or self.supply.finished
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
-        gained = len(moving) - int(reopened.sum())
-        if gained < 0:
+        volume = float(np.sum(moving.radius**3) - np.sum(front.radius[reopened] ** 3))
+        gained = volume / float(np.sum(draw.radius**3)) if tried else min(volume, 0.0)
+        self.failed = gained <= STALLED_SHARE
+        if self._overfull(gained):
+            self.supply.put_back(draw)
+            return 1.0, tried, tried
+        if gained < 0.0:
             # Between the last nooks a layer may cost more than it brings: then it has not been.
             self.supply.put_back(draw)
-            return 0, len(draw.radius), len(draw.radius)
+            return 0.0, tried, tried
         if len(thrown):
             self.supply.put_back(Draw(thrown.radius, thrown.set_index))
         self.pile.front = joined([fixed, moving])
-        self.started = self.started or gained > 0
+        self.started = self.started or gained > 0.0
         if not self.started:
             # The tip of a hopper, too narrow for a sphere: look for the first place where one fits.
-            self.base += 0.25 * self.diameter * failure(len(draw.radius))
+            self.base += 0.25 * self.diameter * failure(tried)
         self._bury()
-        return gained, len(thrown), len(draw.radius)
+        return gained, len(thrown), tried
+
+    def _overfull(self, gained: float) -> bool:
+        """Tell whether a layer is to be undone and tried with fewer spheres; set the next one's portion."""
+        if gained >= POOR_SHARE or self.spare == 1 or self.closing or not self.started:
+            self.portion = min(2.0 * self.portion, 1.0)
+            return False
+        if self.portion <= PORTION_MIN:
+            return False
+        self.portion *= 0.5
+        return True
 
     def climb(self) -> bool:
         """Raise the level to the next room between non-convex walls; False: there is none up to the top."""
@@ -202,7 +222,7 @@ class _Zone:
         if self.spare == 1:
             draw = self.supply.take(len(points))
             return points[: len(draw.radius)], draw
-        draw = self._taken(len(points) / self.spare)
+        draw = self._taken(self.portion * len(points) / self.spare)
         seams = self.region.walls.seams
         chosen, found = assign_starts(points, draw.radius, front.position, front.radius, seams)
         start, last = points[chosen[found]], self.supply.finished

@@ -210,3 +210,7 @@ class PlainLayer:
     def positions(self) -> Float64Array:
         """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
         return self.walls.seams.wrapped(self.ball[: self.moving, :3].cpu().numpy())
+
+    def radii(self) -> Float64Array:
+        """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
+        return self.ball[: self.moving, 3].cpu().numpy()

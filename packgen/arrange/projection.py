@@ -58,6 +58,9 @@ class Layer(Protocol):
         Those taken out since the last rebuild are not numbers.
         """
 
+    def radii(self) -> Float64Array:
+        """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
+
 
 def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str) -> Layer:
     """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides."""
@@ -146,10 +149,10 @@ def _relax(
         if largest <= least and not sinking:
             return
         if limit is not None:
-            stats.thrown_back += throw_back(layer, blame, max(limit, least), reference, recipe)
+            stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe)
 
 
-def throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float, recipe: Recipe) -> int:
+def throw_back(layer: Layer, blame: Float64Array, limit: float, recipe: Recipe) -> int:
     """Take spheres out of the layer that overlap by more than a limit.
 
     Of several that are squeezed together only the worst: its place is often enough for the others.
@@ -158,7 +161,6 @@ def throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float
         layer: The layer.
         blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (moving,).
         limit: Overlap above which a sphere has to go.
-        reference: Mean radius of the moving spheres [m].
         recipe: Constants.
 
     Returns:
@@ -167,8 +169,7 @@ def throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float
     out = np.flatnonzero(blame > limit)
     if len(out) == 0:
         return 0
-    near = cKDTree(layer.positions()[out]).query_pairs(4.0 * reference, output_type="ndarray")
-    first, second = near[:, 0], near[:, 1]
+    first, second = squeezed_pairs(layer.positions()[out], layer.radii()[out])
     worst = np.ones(len(out), bool)
     worst[np.where(blame[out[first]] < blame[out[second]], first, second)] = False
     out = out[worst]
@@ -178,3 +179,29 @@ def throw_back(layer: Layer, blame: Float64Array, limit: float, reference: float
     chosen[out[np.argsort(-blame[out], kind="stable")[:most]]] = True
     layer.take_out(chosen)
     return int(chosen.sum())
+
+
+def squeezed_pairs(position: Float64Array, radius: Float64Array) -> tuple[Int64Array, Int64Array]:
+    """Find the pairs of spheres nearer than twice the sum of their radii, octave by octave of radius.
+
+    Args:
+        position: Centres [m], shape (n, 3).
+        radius: Radii [m], shape (n,), at least one.
+
+    Returns:
+        (the larger ones, shape (P,), the others, shape (P,)); of two in an octave, the one that comes first.
+    """
+    octave = np.floor(np.log2(radius.max() / radius)).astype(np.int64)
+    pairs = [np.empty((0, 2), np.int64)]
+    for number in np.unique(octave):
+        members, smaller = np.flatnonzero(octave == number), np.flatnonzero(octave > number)
+        tree = cKDTree(position[members])
+        pairs.append(members[tree.query_pairs(4.0 * float(radius[members].max()), output_type="ndarray")])
+        if len(smaller):
+            farthest = 2.0 * float(radius[members].max() + radius[smaller].max())
+            near = tree.sparse_distance_matrix(cKDTree(position[smaller]), farthest, output_type="ndarray")
+            pairs.append(np.stack([members[near["i"]], smaller[near["j"]]], axis=1))
+    first, second = np.concatenate(pairs).T
+    distance = np.linalg.norm(position[first] - position[second], axis=1)
+    near_enough = distance <= 2.0 * (radius[first] + radius[second])
+    return first[near_enough], second[near_enough]

@@ -8,9 +8,9 @@ from packgen.arrange.spheres import Pile
 from packgen.arrays import Float64Array, Int64Array
 from packgen.shares import largest_remainder
 
-TRIM_SHARE = 0.02
-"""Largest share of a zone's spheres that is taken out: where more is beyond the proportions, some sizes found
-no room, and to keep only what matches them would empty the zone."""
+TRIM_SHARE = 0.03
+"""Largest share of a zone's volume of spheres that is taken out: where more is beyond the proportions, some
+sizes found no room, and to keep only what matches them would empty the zone."""
 
 
 def trim_to_shares(pile: Pile, zone_index: int, shares: Float64Array, up: Float64Array) -> None:
@@ -27,15 +27,14 @@ def trim_to_shares(pile: Pile, zone_index: int, shares: Float64Array, up: Float6
     own = np.flatnonzero(front.zone_index == zone_index)
     sets = front.set_index[own]
     surplus = surplus_of(np.bincount(sets, minlength=len(shares)), shares)
-    if not 0 < surplus.sum() <= TRIM_SHARE * len(own):
-        return
     kept = np.ones(len(front), bool)
     altitude = front.position[own] @ up
     for number in np.flatnonzero(surplus):
         members = np.flatnonzero(sets == number)
         highest = np.argsort(-altitude[members], kind="stable")[: surplus[number]]
         kept[own[members[highest]]] = False
-    pile.front = front[kept]
+    if (front.radius[~kept] ** 3).sum() <= TRIM_SHARE * (front.radius[own] ** 3).sum():
+        pile.front = front[kept]
 
 
 def surplus_of(count: Int64Array, shares: Float64Array) -> Int64Array:

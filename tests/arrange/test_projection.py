@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from packgen.arrange.projection import SettleStats, settle, throw_back
+from packgen.arrange.projection import SettleStats, settle, squeezed_pairs, throw_back
 from packgen.arrange.recipe import Recipe
 from packgen.arrange.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
@@ -148,11 +148,15 @@ def test_plain_torch_settles_as_well(sink):
 class Crowd:
     """As much of a layer as throwing back needs."""
 
-    def __init__(self, position):
+    def __init__(self, position, radius=1.0):
         self.position, self.moving, self.out = position, len(position), None
+        self.radius = np.full(len(position), radius)
 
     def positions(self):
         return self.position
+
+    def radii(self):
+        return self.radius
 
     def take_out(self, out):
         self.out = out
@@ -162,10 +166,31 @@ def test_of_spheres_squeezed_together_only_the_worst_is_thrown_back():
     crowd = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0], [3.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0]]))
     blame = np.array([0.2, 0.3, 0.1, 0.05, 0.001])
     recipe = dataclasses.replace(Recipe(), throw_share=1.0)
-    assert throw_back(crowd, blame, 0.01, 1.0, recipe) == 2
+    assert throw_back(crowd, blame, 0.01, recipe) == 2
     assert np.flatnonzero(crowd.out).tolist() == [1, 3]
     few = dataclasses.replace(recipe, throw_share=0.2)
-    assert throw_back(crowd, blame, 0.01, 1.0, few) == 1
+    assert throw_back(crowd, blame, 0.01, few) == 1
     assert np.flatnonzero(crowd.out).tolist() == [1]
     alike = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0]]))
-    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, 1.0, recipe) == 1
+    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, recipe) == 1
+
+
+def test_large_spheres_that_touch_are_thrown_back_one_at_a_time_whatever_small_ones_lie_about():
+    position = np.array([[0.0, 0, 0], [19.0, 0, 0], *([500.0 + 9 * k, 0, 0] for k in range(50))])
+    crowd = Crowd(position, np.where(position[:, 0] < 500.0, 10.0, 1.0))
+    blame = np.zeros(52)
+    blame[:2] = 0.2, 0.1
+    assert throw_back(crowd, blame, 0.01, Recipe()) == 1
+    assert np.flatnonzero(crowd.out).tolist() == [0]
+
+
+def test_squeezed_pairs_are_those_nearer_than_two_sums_of_radii():
+    rng = np.random.default_rng(3)
+    position, radius = rng.random((300, 3)), rng.choice([0.004, 0.007, 0.01, 0.03, 0.08], 300)
+    first, second = squeezed_pairs(position, radius)
+    distance = np.linalg.norm(position[:, None] - position, axis=2)
+    near = np.triu(distance <= 2.0 * (radius[:, None] + radius), 1)
+    found = np.stack([np.minimum(first, second), np.maximum(first, second)], axis=1)
+    assert len(found) == near.sum() > 300
+    assert near[tuple(found.T)].all()
+    assert len(np.unique(found, axis=0)) == len(found)

@@ -55,6 +55,17 @@ def test_where_a_set_found_no_room_the_others_stay(count):
     assert abs(count[0] - count[1]) > TRIM_SHARE * sum(count)
 
 
+@pytest.mark.parametrize(("ratio", "filled"), [(4.0, 0.50), (8.0, 0.58)])
+def test_large_spheres_find_their_room_under_a_low_lid(tmp_path, ratio, filled):
+    sets = [constant(0.03), constant(0.03 / ratio)]
+    zone = {"set_proportions": [0.8, 0.2], "proportions_by": "volume"}
+    result = run_scene(tmp_path, box([0] * 3, [0.3, 0.3, 0.2]), sets, zones=[zone])
+    count = np.bincount(result.bed.set_index)
+    weight = np.array([0.8, 0.2 * ratio**3])
+    assert np.array_equal(count, largest_remainder(weight / weight.sum(), int(count.sum())))
+    assert 4.0 / 3.0 * np.pi * (result.bed.radius**3).sum() > filled * 0.3 * 0.3 * 0.2
+
+
 @pytest.mark.parametrize(("optimizer", "width"), [("projection", 0.8), ("adam", 0.5)])
 def test_a_zone_filled_until_full_has_its_proportions_to_the_sphere(tmp_path, optimizer, width):
     sets = [constant(0.05), constant(0.04)]
