@@ -147,7 +147,7 @@ class _Zone:
         self.spare = SPARE_STARTS if supply.radius_max > 2.0 * supply.radius_min else 1
         self.start_fraction = supply.solid_fraction(START_FRACTION)
         self.climbed = -math.inf
-        self.started = self.closing = self.failed = False
+        self.started = self.closing = False
         self.portion = 1.0
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
         # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
@@ -170,14 +170,13 @@ class _Zone:
         start, draw = self._assigned(self._starts(tops), front)
         tried = len(draw.radius)
         # Stragglers go on top of what is there: to move it again would throw as many back as it places.
-        reopened = self._reopened(front, tops, start) & (not self.closing or self.failed)
+        reopened = self._reopened(front, tops, start) & (not self.closing)
         self.closing = self.closing or self.supply.finished
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
         volume = float(np.sum(moving.radius**3) - np.sum(front.radius[reopened] ** 3))
         gained = volume / float(np.sum(draw.radius**3)) if tried else min(volume, 0.0)
-        self.failed = gained <= STALLED_SHARE
         if self._overfull(gained):
             self.supply.put_back(draw)
             return 1.0, tried, tried

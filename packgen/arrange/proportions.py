@@ -8,7 +8,7 @@ from packgen.arrange.spheres import Pile
 from packgen.arrays import Float64Array, Int64Array
 from packgen.shares import largest_remainder
 
-TRIM_SHARE = 0.03
+TRIM_SHARE = 0.05
 """Largest share of a zone's volume of spheres that is taken out: where more is beyond the proportions, some
 sizes found no room, and to keep only what matches them would empty the zone."""
 

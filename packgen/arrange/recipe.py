@@ -13,7 +13,10 @@ FRICTION_LEAST = 0.1
 
 
 BREADTH_MAX = 2.0
-"""Broader sizes are arranged as those of this ratio of mean radii."""
+"""Broader sizes get no more momentum, time or skin than this ratio of mean radii gives, but longer steps."""
+
+FARTHER_MAX = 1.75
+"""No steps are longer than so many times the usual ones: small spheres would outrun their lists at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,19 +114,23 @@ class Recipe:
         """Return the recipe for a layer of broad sizes.
 
         Steps down go with the mean radius, but the layer is as thick as its large spheres: these have to sink
-        by their own radii, and on small ones they come to rest slowly. More momentum does both. The overlaps
-        take longer to part, too: at the usual sweep one sphere in seven would be thrown back, and would leave
-        a hole.
+        by their own radii, and on small ones they come to rest slowly. More momentum does both, and beyond
+        that longer steps. The overlaps take longer to part, too: at the usual sweep one sphere in seven would
+        be thrown back, and would leave a hole. What falls farther outruns its list sooner: the skin grows.
 
         Args:
             breadth: Mean radius by volume over that by number; 1 for equal spheres.
         """
-        breadth = min(breadth, BREADTH_MAX)
         if breadth < 1.0 + 1e-9:
             return self
+        farther = min(max(breadth / BREADTH_MAX, 1.0), FARTHER_MAX)
+        breadth = min(breadth, BREADTH_MAX)
         return replace(
             self,
+            sink_first=farther * self.sink_first,
+            sink_last=farther * self.sink_last,
             momentum=1.0 - (1.0 - self.momentum) / breadth,
+            skin_first=0.5 * (1.0 + breadth) * self.skin_first,
             give_up_first=round(0.5 * (1.0 + breadth) * self.give_up_first),
         )
 

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from packgen.arrange.recipe import BREADTH_MAX, FRICTION_LEAST, FRICTION_USUAL, Recipe
+from packgen.arrange.recipe import BREADTH_MAX, FARTHER_MAX, FRICTION_LEAST, FRICTION_USUAL, Recipe
 
 RECIPE = Recipe()
 
@@ -73,4 +73,14 @@ def test_broad_sizes_sink_farther_and_are_given_up_later_equal_ones_as_ever():
     broad = RECIPE.of_sizes(2.0)
     assert 1.0 - broad.momentum == pytest.approx(0.5 * (1.0 - RECIPE.momentum))
     assert broad.give_up_first == round(1.5 * RECIPE.give_up_first)
-    assert RECIPE.of_sizes(10.0 * BREADTH_MAX) == RECIPE.of_sizes(BREADTH_MAX)
+    assert broad.skin_first == 1.5 * RECIPE.skin_first
+    assert broad.fall(0) == RECIPE.fall(0)
+
+
+def test_sizes_far_apart_fall_in_longer_steps_up_to_a_limit():
+    broad, far_apart = RECIPE.of_sizes(BREADTH_MAX), RECIPE.of_sizes(1.5 * BREADTH_MAX)
+    for number in (0, 100, 300):
+        assert far_apart.fall(number) == pytest.approx(1.5 * broad.fall(number))
+    assert far_apart.momentum == broad.momentum
+    limit = RECIPE.of_sizes(FARTHER_MAX * BREADTH_MAX)
+    assert RECIPE.of_sizes(10.0 * FARTHER_MAX * BREADTH_MAX) == limit
