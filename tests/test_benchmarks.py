@@ -382,3 +382,11 @@ def test_porosity_writes_each_shell_and_holds_the_means_against_zou_and_yu(tmp_p
     assert last == pytest.approx(2.5, abs=0.02)
     assert "Zou-Yu loose" in text
     assert "5 first minimum" in text
+
+
+@pytest.mark.parametrize(("ratio", "bulk"), [(5.0, 0.3965), (10.0, 0.3615), (20.0, 0.3768)])
+def test_de_klerk_averages_to_the_loose_packings_of_zou_and_yu_at_these_bulk_porosities(ratio, bulk):
+    place = (np.arange(5000) + 0.5) * 0.5 * ratio / 5000
+    waves = porosity.Waves(ratio, 0.5, place, np.zeros(5000), (0.0,), bulk)
+    mean = porosity.mean_of(waves, porosity.published(waves)["de Klerk"])
+    assert mean == pytest.approx(porosity.zou_yu(ratio)[1], abs=2e-4)

@@ -132,6 +132,12 @@ def published(waves: Waves) -> dict[str, Float64Array]:
     }
 
 
+def mean_of(waves: Waves, local: Float64Array) -> float:
+    """Return the mean over the cylinder of a local porosity, given shell by shell as in ``waves``."""
+    area = 0.5 * waves.ratio - waves.wall_distance
+    return float((area * local).sum() / area.sum())
+
+
 def mean_rows(arranged: Sequence[Waves], poured: Sequence[Waves]) -> list[list[str]]:
     """Return a row a D/d and friction: mean porosity, the correlations', and that of LIGGGHTS' beds."""
     rows = []
@@ -141,6 +147,7 @@ def mean_rows(arranged: Sequence[Waves], poured: Sequence[Waves]) -> list[list[s
         verdict = "yes" if dense <= mean <= loose else "no"
         row = [f"{waves.friction:g}", f"{waves.ratio:g}", f"{mean:.4f}", f"{np.ptp(waves.mean):.4f}"]
         row += [f"{dense:.4f}", f"{loose:.4f}", verdict]
+        row += [f"{waves.bulk:.4f}", f"{mean_of(waves, published(waves)['de Klerk']):.4f}"]
         rows.append(row + ([f"{np.mean(poured[index].mean):.4f}"] if poured else []))
     return rows
 
@@ -223,7 +230,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     output.write_csv(options.out / "porosity.csv", rows, facts)
     beside = ("LIGGGHTS",) if poured else ()
     means = output.table(
-        ("friction", "D/d", "mean", "spread", "Zou-Yu dense", "Zou-Yu loose", "between", *beside),
+        (
+            "friction",
+            "D/d",
+            "mean",
+            "spread",
+            "Zou-Yu dense",
+            "Zou-Yu loose",
+            "between",
+            "bulk",
+            "de Klerk",
+            *beside,
+        ),
         mean_rows(arranged, poured),
     )
     less = [column for name in ("Mueller", "de Klerk", *beside) for column in (f"less {name}", "")]
@@ -234,7 +252,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     notes = [
         f"{options.beds} beds of each; LIGGGHTS: {by_liggghts}, E = 1e8 Pa, walls of the same friction.",
         "Differences: place in diameters, then porosity. The correlations differ from each other by up",
-        "to 0.1 in porosity in the first layer, and know nothing of friction.",
+        "to 0.1 in porosity in the first layer, and know nothing of friction. De Klerk: the mean of his",
+        "curve at the bed's bulk porosity. It is at most that of Zou and Yu's loose packings where the bulk",
+        "porosity is at most 0.396, 0.361 and 0.377 at D/d = 5, 10 and 20; random close packing has 0.36.",
     ]
     title = "Porosity of cylinders of equal spheres"
     output.write_text(options.out / "porosity.txt", title, facts, [means, waves_table], notes)
