@@ -179,9 +179,20 @@ def _is_new(fault: Fault, faulty: dict[tuple[Any, ...], set[Any]]) -> bool:
 
 
 def _without(values: Any, keys: set[Any]) -> Any:
-    return (
-        {key: each for key, each in values.items() if key not in keys} if isinstance(values, dict) else values
-    )
+    """Leave faulty keys out; lists get a stand-in, that the others can be held against them."""
+    if not isinstance(values, dict):
+        return values
+    kept = {key: _stand_in(each) if key in keys else each for key, each in values.items()}
+    return {key: each for key, each in kept.items() if key not in keys or each is not None}
+
+
+def _stand_in(values: Any) -> list[float] | None:
+    """Return numbers up to 1 that rise or fall as those of a list do; None where that cannot be told."""
+    numbers = [each for each in values if isinstance(each, int | float)] if isinstance(values, list) else []
+    if len(numbers) < 2 or numbers[0] == numbers[-1]:
+        return None
+    rising = [(place + 1) / len(values) for place in range(len(values))]
+    return rising if numbers[0] < numbers[-1] else rising[::-1]
 
 
 def _material(name: str, spec: MaterialSpec | None) -> Material:

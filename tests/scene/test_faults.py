@@ -249,3 +249,21 @@ zones:
         "particle_sets[2].radius_max", "particle_sets[2].density",
         "zones[0].mass", "zones[0].proportions_by",
     ]  # fmt: skip
+
+
+def test_a_fault_inside_one_list_of_a_law_hides_none_of_the_other_list(tmp_path: Path) -> None:
+    text = f"""\
+{BOX}
+particle_sets:
+  - {{radius_distribution: discrete, radii: [0.02, -0.1, 0.03], fractions: [0.5, 0.9, 0.1]}}
+  - {{radius_distribution: sieve, diameters: [0.01, x, 0.03], passing: [0.4, 0.2, 1.0]}}
+  - {{radius_distribution: sieve, diameters: [0.03, 0.01, 0.02], passing: [1.0, 0.7, -0.4]}}
+  - {{radius_distribution: sieve, diameters: [0.03, -0.02, 0.01], passing: [1.0, 0.7, 0.4]}}
+"""
+    found = [each.split(": ")[1] for each in problems(tmp_path, text)]
+    assert found == [
+        "particle_sets[0].radii[1]", "particle_sets[0].fractions",
+        "particle_sets[1].diameters[1]", "particle_sets[1].passing[1]",
+        "particle_sets[2].diameters[2]", "particle_sets[2].passing[2]",
+        "particle_sets[3].diameters[1]",
+    ]  # fmt: skip
