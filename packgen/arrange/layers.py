@@ -148,7 +148,7 @@ class _Zone:
         self.start_fraction = supply.solid_fraction(START_FRACTION)
         self.climbed = -math.inf
         self.started = self.closing = False
-        self.portion = 1.0
+        self.portion = 1.0  # of the spheres that a layer has room for: less after an overfull one
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
         # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
         wide = ColumnMap.over(region, 2.0 * max(supply.radius_by_volume, supply.radius_reference))
@@ -164,7 +164,11 @@ class _Zone:
         return self.plan.thickness * self.diameter * (1.0 if self.started else self.plan.first)
 
     def add_layer(self, batch: int) -> tuple[float, int, int]:
-        """Add one layer; return (share of its volume gained, spheres thrown back, spheres to be placed)."""
+        """Add one layer; return (share of its volume gained, spheres thrown back, spheres to be placed).
+
+        An overfull layer, which is undone and comes again with fewer spheres, counts as if it had found room:
+        it says nothing of whether the zone is full.
+        """
         front = self.pile.front
         tops = self._surface(front)
         start, draw = self._assigned(self._starts(tops), front)

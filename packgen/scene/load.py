@@ -182,8 +182,9 @@ def _without(values: Any, keys: set[Any]) -> Any:
     """Leave faulty keys out; lists get a stand-in, that the others can be held against them."""
     if not isinstance(values, dict):
         return values
-    kept = {key: _stand_in(each) if key in keys else each for key, each in values.items()}
-    return {key: each for key, each in kept.items() if key not in keys or each is not None}
+    stand_ins = {key: _stand_in(values.get(key)) for key in keys}
+    kept = {key: each for key, each in values.items() if key not in keys}
+    return kept | {key: each for key, each in stand_ins.items() if each is not None}
 
 
 def _stand_in(values: Any) -> list[float] | None:

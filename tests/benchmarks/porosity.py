@@ -35,6 +35,7 @@ MARGIN = 3.0  # diameters left out above the floor and below the top
 SPHERES = 6000  # about so many in a bed
 RADIUS = 0.01  # m
 EXTREMA = ("first minimum", "first maximum", "second minimum")
+MEANS = ("friction", "D/d", "mean", "spread", "Zou-Yu dense", "Zou-Yu loose", "between", "bulk", "de Klerk")
 NEAR = ((0.3, 0.75), (0.75, 1.25), (1.2, 1.7))  # diameters: where they are looked for
 
 
@@ -230,18 +231,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     output.write_csv(options.out / "porosity.csv", rows, facts)
     beside = ("LIGGGHTS",) if poured else ()
     means = output.table(
-        (
-            "friction",
-            "D/d",
-            "mean",
-            "spread",
-            "Zou-Yu dense",
-            "Zou-Yu loose",
-            "between",
-            "bulk",
-            "de Klerk",
-            *beside,
-        ),
+        (*MEANS, *beside),
         mean_rows(arranged, poured),
     )
     less = [column for name in ("Mueller", "de Klerk", *beside) for column in (f"less {name}", "")]
