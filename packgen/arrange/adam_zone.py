@@ -6,8 +6,8 @@ zone is full. What the paper leaves open: the start positions of a batch are uni
 cross-section in a slab on top of the last layer, as thick as the batch at the solid fraction
 ``settings.start_fraction``: loose enough to settle freely, thin enough not to fall for long. Where the slab
 would rise above the zone it is cut there, but never to less than one diameter: the last spheres then start in
-between the tops of the bed. Of the spheres that were there before, those with centres inside the zone count
-as its last layer: a zone may lie below or beside an earlier one.
+between the tops of the bed. Spheres that were there before the zone take their room from the slab, which
+begins at the lowest level that has any left: a zone may lie above, below, beside or around an earlier one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from packgen.arrange.adam import AdamSettings, BatchResult, arrange_batch, batch
 from packgen.arrange.objective import Walls
 from packgen.arrays import Float64Array, Int32Array
 
-CHUNK = 2**14  # fixed spheres whose walls are looked at together
+FREE_MIN = 0.02  # of a zone's cross-section, clear of earlier spheres, for a batch to start there
+SLAB_STEPS = 16  # at most about so many steps add up the room of a slab
 
 SampleAbove = Callable[[np.random.Generator, int, float, float], Float64Array]
 Finish = Callable[[Tensor, Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -71,13 +72,15 @@ class ZoneSpace:
         floor: Altitude of the zone's lowest point [m].
         ceiling: Altitude of its highest point [m].
         area: Returns the zone's horizontal area [m2] at an altitude [m].
-        sample_above: ``(rng, count, height, thickness) -> (count, 3)`` centres [m], uniform in the part of
-            the zone with altitudes from ``height`` to ``height + thickness``, within floor and ceiling.
+        free: Returns the share of that area, 0 to 1, where a centre is clear of the earlier spheres.
+        sample_above: ``(rng, count, height, thickness) -> (count, 3)`` centres [m], uniform in the free part
+            of the zone with altitudes from ``height`` to ``height + thickness``, within floor and ceiling.
     """
 
     floor: float
     ceiling: float
     area: Callable[[float], float]
+    free: Callable[[float], float]
     sample_above: SampleAbove
 
 
@@ -144,7 +147,7 @@ def pack_zone_adam(
         threads: Threads for torch: the tensors of a batch are small, one is fastest.
         all_pairs: Evaluate eq. 5 over all pairs, as printed.
     """
-    bed = _Bed(fixed_position, fixed_radius, walls, down)
+    bed = _Bed(fixed_position, fixed_radius, down)
     batch_size, thrown_back, batch_index = settings.batch_size, 0, 0
     with torch_threads(threads), torch.no_grad():
         while not supply.finished and batch_size > 0:
@@ -152,7 +155,11 @@ def pack_zone_adam(
             radius = torch.from_numpy(np.array(draw.radius, dtype=np.float64)).to(down.device)
             if not len(radius):
                 break
-            start = _start_positions(radius, bed.top, space, settings, rng)
+            slab = _slab(radius, bed.top, space, settings)
+            if slab is None:
+                supply.put_back(draw)
+                break
+            start = _start_positions(len(radius), slab, space, rng, down.device)
             fixed = bed.spheres
             result = arrange_batch(start, radius, *fixed, walls, down, settings, all_pairs=all_pairs)
             kept = torch.full((len(radius),), batch_accepted(result, settings), device=down.device)
@@ -192,19 +199,16 @@ class _Bed:
 
     Attributes:
         spheres: Centres [m], shape (f, 3), and radii [m], shape (f,).
-        top: Altitude of the highest point of those in the zone (the paper's max(C' + r')) [m].
+        top: Altitude of the highest point of the batches (the paper's max(C' + r')) [m].
     """
 
-    def __init__(self, position: Tensor, radius: Tensor, walls: Walls, down: Tensor) -> None:
+    def __init__(self, position: Tensor, radius: Tensor, down: Tensor) -> None:
         self.spheres = position, radius
         self.top = -math.inf
         self._down = down
         self._before = len(radius)
         self._set_index: list[Int32Array] = []
         self._batch_index: list[Int32Array] = []
-        for centers, radii in zip(torch.split(position, CHUNK), torch.split(radius, CHUNK), strict=True):
-            inside = (walls.exterior(centers, torch.zeros_like(radii)) <= 0.0).all(dim=1)
-            self._raise_top(centers[inside], radii[inside])
 
     @property
     def placed(self) -> int:
@@ -214,11 +218,7 @@ class _Bed:
         self.spheres = torch.cat((self.spheres[0], position)), torch.cat((self.spheres[1], radius))
         self._set_index.append(set_index)
         self._batch_index.append(np.full(len(radius), batch_index, dtype=np.int32))
-        self._raise_top(position, radius)
-
-    def _raise_top(self, position: Tensor, radius: Tensor) -> None:
-        if len(radius):
-            self.top = max(self.top, float((radius - position @ self._down).max()))
+        self.top = max(self.top, float((radius - position @ self._down).max()))
 
     def zone(self, thrown_back: int) -> AdamZone:
         position, radius = (values[self._before :].cpu().numpy() for values in self.spheres)
@@ -228,18 +228,32 @@ class _Bed:
         return AdamZone(position, radius, set_index, batch_index, thrown_back)
 
 
+def _slab(radius: Tensor, top: float, space: ZoneSpace, settings: AdamSettings) -> tuple[float, float] | None:
+    """Return altitude and thickness [m] of the slab that a batch starts in; None: there is no room left."""
+    largest = float(radius.max())
+    highest = max(space.ceiling - 2.0 * largest, space.floor)
+    height = min(max(top, space.floor), highest)
+    while space.free(height) < FREE_MIN:
+        if height == highest:
+            return None
+        height = min(height + largest, highest)
+    room = 4.0 / 3.0 * math.pi * float((radius**3).sum()) / settings.start_fraction
+    step = max(largest, room / (SLAB_STEPS * space.area(height)))
+    thickness = 0.0
+    while room > 0.0 and height + thickness < space.ceiling:
+        altitude = min(height + thickness, space.ceiling - largest)
+        slice_room = step * space.area(altitude) * space.free(altitude)
+        thickness += step * min(room / max(slice_room, 1e-300), 1.0)
+        room -= slice_room
+    return height, min(max(thickness, 2.0 * largest), space.ceiling - height)
+
+
 def _start_positions(
-    radius: Tensor, top: float, space: ZoneSpace, settings: AdamSettings, rng: np.random.Generator
+    count: int, slab: tuple[float, float], space: ZoneSpace, rng: np.random.Generator, device: torch.device
 ) -> Tensor:
-    """Return random centres for a batch above the last layer [m], shape (n, 3), float64."""
-    height = min(max(top, space.floor), space.ceiling)
-    solid = 4.0 / 3.0 * math.pi * float((radius**3).sum())
-    area = space.area(min(height, space.ceiling - float(radius.max())))
-    thickness = max(solid / (settings.start_fraction * area), 2.0 * float(radius.max()))
-    height = max(min(height, space.ceiling - 2.0 * float(radius.max())), space.floor)
-    thickness = min(thickness, space.ceiling - height)
-    start = space.sample_above(rng, len(radius), height, thickness)
-    return torch.from_numpy(np.ascontiguousarray(start, dtype=np.float64)).to(radius.device)
+    """Return random centres in a slab [m], shape (count, 3), float64."""
+    start = space.sample_above(rng, count, *slab)
+    return torch.from_numpy(np.ascontiguousarray(start, dtype=np.float64)).to(device)
 
 
 def _part(draw: Any, chosen: np.ndarray[Any, np.dtype[np.bool_]]) -> Any:

@@ -1,7 +1,7 @@
 """COLLECTIVE_ARRANGEMENT: spheres come in batches that arrange themselves together, zone by zone.
 
 The two optimisers share the regions, the walls and the end game: ``projection`` (``layers``) and the paper's
-``adam`` (``adam_zone``).
+``adam`` (``adam_zone``, ``adam_space``).
 """
 
 from __future__ import annotations
@@ -19,23 +19,19 @@ from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import Region, make_region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.task import Progress, Task, ZoneTask
-from packgen.arrays import Float64Array
 from packgen.errors import PackingError
 from packgen.geometry import Mesh, Polyhedron, floor_direction
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from packgen.arrange.adam_zone import Finish, SampleAbove
+    from packgen.arrange.adam_zone import Finish
 
 ADAM_BATCH = 500
 """The paper's batch size."""
 
 PAPER_RADIUS = 0.1
 """Radius of the paper's spheres [m]: its learning rate is a length, and goes with the spheres."""
-
-SAMPLE_ROUNDS = 200
-"""Rounds of random points until a narrow zone is given up."""
 
 
 def arrange(task: Task) -> Spheres:
@@ -122,7 +118,8 @@ def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, firs
     import torch
 
     from packgen.arrange.adam import AdamSettings
-    from packgen.arrange.adam_zone import BatchProgress, ZoneSpace, pack_zone_adam
+    from packgen.arrange.adam_space import zone_space
+    from packgen.arrange.adam_zone import BatchProgress, pack_zone_adam
     from packgen.arrange.objective import Weights
     from packgen.arrange.plain_walls import FeatureWalls
 
@@ -144,7 +141,7 @@ def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, firs
     packed = pack_zone_adam(
         zone.supply,
         FeatureWalls.of(region.walls, task.device),
-        ZoneSpace(region.floor, region.ceiling, region.area, _sampler(region, zone.place)),
+        zone_space(region, before, zone.supply.radius_max, zone.place),
         torch.as_tensor(task.down, device=task.device),
         torch.tensor(before.position, device=task.device),
         torch.tensor(before.radius, device=task.device),
@@ -163,23 +160,6 @@ def _fill_with_adam(task: Task, zone: ZoneTask, region: Region, pile: Pile, firs
     )
     pile.front = joined([before, added])
     return first_batch + int(packed.batch_index.max(initial=-1)) + 1
-
-
-def _sampler(region: Region, place: str) -> SampleAbove:
-    """Return the start positions of adam's batches: uniform in a slab of the region."""
-
-    def sample_above(rng: np.random.Generator, count: int, height: float, thickness: float) -> Float64Array:
-        points = np.empty((0, 3))
-        for _ in range(SAMPLE_ROUNDS):
-            more = region.sample(rng, 2 * count + 64, height, height + thickness)
-            points = np.concatenate([points, more])[:count]
-            if len(points) == count:
-                return points
-        raise PackingError(
-            f"{place}: no room at altitude {height:.4g} m; expected a zone wider than its spheres"
-        )
-
-    return sample_above
 
 
 def _end_game(region: Region, recipe: Recipe) -> Finish:

@@ -1,6 +1,7 @@
-"""What a later zone stands on: the beds of earlier zones that reach up into it, column by column.
+"""What a later zone stands on: the beds of earlier zones that reach up into it.
 
-What towers beside a zone, or hangs above it, is no ground: spheres start below and around it.
+What towers beside a zone, or hangs above it, is no ground until its top is reached: spheres start below and
+around it first.
 """
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from scipy.ndimage import maximum_filter
 
 from packgen.arrange.region import ColumnMap, Region
 from packgen.arrange.spheres import Spheres
-from packgen.arrays import Float64Array
 
 HANGING = 1.5
 """Spheres over a gap higher than so many diameters hang."""
 
 
-def ground_of_zones(front: Spheres, region: Region, columns: ColumnMap, diameter: float) -> Float64Array:
-    """Return the tops of the beds that stand below a zone and in it.
+def beds_of_zones(
+    front: Spheres, region: Region, columns: ColumnMap, diameter: float
+) -> tuple[Spheres, Spheres]:
+    """Return the beds of earlier zones in a zone and below it.
 
     Args:
         front: The spheres of all earlier zones.
@@ -26,16 +28,16 @@ def ground_of_zones(front: Spheres, region: Region, columns: ColumnMap, diameter
         diameter: Of the zone's spheres [m].
 
     Returns:
-        Altitude of each column's top [m], -inf where nothing stands, shape (columns.count,), float64.
+        (all of their spheres, those of them that stand: nothing below them hangs).
     """
-    ground = np.full(columns.count, -np.inf)
     altitude = front.position @ region.frame[2]
     within = columns.covers(front.position)
     within &= (altitude < region.floor) | (region.clearance(front.position, 0.0) > 0.0)
-    if not within.any():
-        return ground
-    altitude, radius = altitude[within], front.radius[within]
-    column = columns.index(front.position[within])
+    beds = front[within]
+    if len(beds) == 0:
+        return beds, beds
+    altitude, radius = altitude[within], beds.radius
+    column = columns.index(beds.position)
     order = np.lexsort((altitude - radius, column))
     column, bottom, top = column[order], (altitude - radius)[order], (altitude + radius)[order]
     first = np.diff(column, prepend=-1) > 0
@@ -48,17 +50,18 @@ def ground_of_zones(front: Spheres, region: Region, columns: ColumnMap, diameter
     start = np.flatnonzero(first)
     earlier = np.concatenate([[0], hangs])[start]
     stands = hangs == np.repeat(earlier, np.diff(np.append(start, len(top))))
-    np.maximum.at(ground, column[stands], top[stands])
-    return ground
+    return beds, beds[order[stands]]
 
 
-def lowest_ground(ground: Float64Array, region: Region, columns: ColumnMap, radius: float) -> float:
+def lowest_ground(ground: Spheres, region: Region, radius: float) -> float:
     """Return the lowest altitude [m] at which a sphere of some radius [m] could stand: on a bed or the floor.
 
-    Gaps between earlier beds that are narrower than a sphere do not count.
+    Gaps between the ground's spheres that are narrower than a sphere do not count.
     """
-    if not np.isfinite(ground).any():
+    if len(ground) == 0:
         return region.floor
-    wide = columns.nearby(np.maximum(ground, region.floor), radius, maximum_filter)
+    columns = ColumnMap.over(region, 0.5 * radius)
+    tops = np.maximum(columns.tops(ground.position, ground.radius), region.floor)
+    wide = columns.nearby(tops, float(ground.radius.max()) + radius, maximum_filter)
     fits = region.clearance(columns.points(wide + radius), radius) > -0.5 * radius
-    return float(wide[fits].min()) if fits.any() else region.floor
+    return float(wide[fits].min() if fits.any() else wide.min())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from packgen.arrange.ground import ground_of_zones, lowest_ground
+from packgen.arrange.ground import beds_of_zones, lowest_ground
 from packgen.arrange.projection import SettleStats, settle
 from packgen.arrange.recipe import Recipe
 from packgen.arrange.region import ColumnMap, Region
@@ -153,8 +152,12 @@ class _Zone:
         # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
         wide = ColumnMap.over(region, 2.0 * max(supply.radius_by_volume, supply.radius_reference))
         self.wide_column = wide.index(self.map.points(np.zeros(self.map.count)))
-        self.ground = ground_of_zones(pile.front, region, self.map, self.diameter)
-        self.level = self.base = lowest_ground(self.ground, region, self.map, supply.radius_reference)
+        # Spheres of earlier zones may be larger: what they cover goes that much farther.
+        self.reach = 2.0 * max(supply.radius_max, float(pile.front.radius.max(initial=0.0)))
+        beds, standing = beds_of_zones(pile.front, region, self.map, self.diameter)
+        self.ground = self.map.tops(standing.position, standing.radius)
+        self.overhead = self.map.tops(beds.position, beds.radius)
+        self.level = self.base = lowest_ground(standing, region, supply.radius_reference)
         self.buried_tops = np.full(self.map.count, -np.inf)
         self.roofed = np.zeros(self.map.count, bool)
 
@@ -209,14 +212,13 @@ class _Zone:
         return True
 
     def climb(self) -> bool:
-        """Raise the level to the next room between non-convex walls; False: there is none up to the top."""
-        if self.region.sides is None:
+        """Raise the level to the next room between non-convex walls or earlier beds; False: there is none."""
+        if self.region.sides is None and not np.isfinite(self.overhead).any():
             return False
-        tops = self._surface(self.pile.front)
         while self.level < self.region.ceiling - self.diameter:
             self.level += 0.5 * self.diameter
             self.climbed = self.level
-            if len(self._starts(tops)):
+            if len(self._starts(self._surface(self.pile.front))):
                 return True
         return False
 
@@ -259,7 +261,7 @@ class _Zone:
         depth = tops[column] - front.position @ self.region.frame[2]
         fresh = np.zeros(self.map.count)
         fresh[self.map.index(start)] = 1.0
-        touched = self._nearby(fresh, maximum_filter) > 0.0
+        touched = self.map.nearby(fresh, 2.0 * self.supply.radius_max, maximum_filter) > 0.0
         shallow = depth < self.plan.reopened * self.diameter
         return np.asarray(shallow & touched[column] & (front.zone_index == self.zone_index))
 
@@ -278,7 +280,8 @@ class _Zone:
         )
         bottom = position @ self.region.frame[2] - moving.radius
         # What slipped down to the buried spheres could overlap one of them unseen.
-        kept &= bottom > self._nearby(self.buried_tops, maximum_filter)[self.map.index(position)]
+        buried = self.map.nearby(self.buried_tops, self.reach, maximum_filter)
+        kept &= bottom > buried[self.map.index(position)]
         kept &= self.region.holds(position)
         settled = Spheres(position, moving.radius, moving.set_index, moving.zone_index, moving.batch_index)
         return settled[kept], settled[~kept]
@@ -293,6 +296,8 @@ class _Zone:
         # The bed of earlier zones that this one stands on; what towers beside it is none of its surface.
         under = self.ground <= self.level + self.thickness
         tops[under] = np.maximum(tops[under], self.ground[under])
+        below = self.overhead <= self.level
+        tops[below] = np.maximum(tops[below], self.overhead[below])
         found = np.isfinite(tops)
         # A bed that ends below a zone leaves the zone to stand on its own floor.
         tops[found] = np.maximum(tops[found], self.region.floor)
@@ -313,7 +318,9 @@ class _Zone:
         level = self._level(tops, open_above) if open_above.any() else self.level
         self.level = max(level, self.climbed)
         if not found.any():
-            self.level = self.base
+            self.level = max(self.base, self.climbed)
+        elif not self.started:
+            self.level = max(self.level, self.base)
         tops[~found] = self.level
         return np.maximum(tops, self.ground)
 
@@ -327,7 +334,7 @@ class _Zone:
         """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""
         region, thickness = self.region, self.thickness
         top = self.level + thickness
-        low = max(float(tops.min()), self.level - thickness)
+        low = min(max(float(tops.min()), self.level - thickness), top)
         least, most = region.rectangle()
         density = self.spare * self.start_fraction / self.supply.mean_volume
         mean = density * float(np.prod(most - least)) * (top - low)
@@ -373,14 +380,10 @@ class _Zone:
         tops = self.map.tops(front.position, front.radius)
         tops[np.isneginf(tops)] = self.level
         tops[self.roofed] = np.inf
-        lowest = self._nearby(tops, minimum_filter)
+        lowest = self.map.nearby(tops, self.reach, minimum_filter)
         margin = (self.plan.reopened + self.plan.buffer) * self.diameter + 2.0 * self.supply.radius_max
         index = self.map.index(front.position)
         top = front.position @ self.region.frame[2] + front.radius
         deep = top < np.minimum(lowest[index], self.level) - margin
         np.maximum.at(self.buried_tops, index[deep], top[deep])
         self.pile.bury(deep)
-
-    def _nearby(self, tops: Float64Array, chosen: Callable[..., Float64Array]) -> Float64Array:
-        """Return the lowest or highest top among the columns within reach of each column [m]."""
-        return self.map.nearby(tops, 2.0 * self.supply.radius_max, chosen)

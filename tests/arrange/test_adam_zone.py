@@ -58,13 +58,26 @@ def pack(
     eye = torch.eye(3, dtype=torch.float64)
     walls = PlaneWalls(torch.cat((eye, -eye)), torch.tensor([size] * 3 + [0.0] * 3, dtype=torch.float64))
 
-    def sample_above(rng, count, height, thickness):
+    def clear(position):
+        away = np.linalg.norm(position[:, None] - fixed[0].numpy(), axis=2)
+        return (away > fixed[1].numpy() + np.max(radius)).all(axis=1)
+
+    def sample(rng, count, height, thickness):
         position = rng.uniform(0.0, size, size=(count, 3))
         position[:, axis] = -sign * rng.uniform(height, height + thickness, size=count)
-        return position
+        return position[clear(position)]
+
+    def sample_above(rng, count, height, thickness):
+        position = sample(rng, count, height, thickness)
+        while len(position) < count:
+            position = np.concatenate([position, sample(rng, count, height, thickness)])
+        return position[:count]
+
+    def free(altitude):
+        return len(sample(np.random.default_rng(0), 1000, altitude, 0.0)) / 1000
 
     ends = (0.0, size) if sign < 0.0 else (-size, 0.0)
-    space = ZoneSpace(*ends, lambda altitude: size**2, sample_above)
+    space = ZoneSpace(*ends, lambda altitude: size**2, free, sample_above)
     supply, reports = supply_type(radius), []
     zone = pack_zone_adam(
         supply, walls, space, down, *fixed, settings, np.random.default_rng(seed),
@@ -148,17 +161,36 @@ def test_later_zone_rests_on_the_fixed_spheres_and_does_not_return_them():
     fixed = torch.from_numpy(first.position), torch.from_numpy(first.radius)
     second, _, _, _ = pack(radii(30, 0.1, 0.1, seed=2), fixed=fixed, seed=3)
     assert len(second.radius) == 30
-    assert second.position[:, 2].mean() > first.position[:, 2].mean()
+    assert second.position[:, 2].mean() > first.position[:, 2].mean() + 0.1
     overlap_mean, *_ = measure_batch(
         torch.from_numpy(second.position), torch.from_numpy(second.radius), *fixed, walls
     )
     assert overlap_mean <= SHORT.overlap_limit
 
 
-def test_spheres_outside_the_zone_do_not_lift_the_start():
-    above = torch.tensor([[0.5, 0.5, 5.0]], dtype=torch.float64), torch.tensor([0.1], dtype=torch.float64)
+@pytest.mark.parametrize("height", [0.8, 5.0])
+def test_spheres_higher_up_do_not_lift_the_start(height):
+    above = torch.tensor([[0.5, 0.5, height]], dtype=torch.float64), torch.tensor([0.1], dtype=torch.float64)
     beds = [pack(radii(10), fixed=fixed)[0].position for fixed in (NOTHING, above)]
     assert np.array_equal(*beds)
+
+
+def test_zone_beside_earlier_spheres_fills_the_space_they_leave():
+    column = np.array([[0.25, y, z] for y in np.arange(0.1, 1.0, 0.2) for z in np.arange(0.1, 1.0, 0.2)])
+    fixed = torch.from_numpy(column), torch.full((len(column),), 0.1, dtype=torch.float64)
+    zone, *_ = pack(radii(60, 0.1, 0.1), fixed=fixed)
+    # The space beyond is 0.65 wide: 3 x 5 x 5 spheres in a regular pattern.
+    assert np.count_nonzero(zone.position[:, 0] > 0.3) > 30
+    assert zone.position[:, 2].min() < 0.15
+
+
+def test_zone_without_room_for_a_sphere_stays_empty():
+    places = np.arange(0.1, 1.0, 0.2)
+    full = np.stack(np.meshgrid(places, places, places), axis=-1).reshape(-1, 3)
+    fixed = torch.from_numpy(full), torch.full((len(full),), 0.1, dtype=torch.float64)
+    zone, supply, reports, _ = pack(radii(5, 0.1, 0.1), fixed=fixed)
+    assert len(zone.radius) == len(reports) == 0
+    assert len(supply.queue) == 5
 
 
 def test_supply_that_runs_dry_ends_the_zone():

@@ -12,11 +12,9 @@ from scipy.spatial import cKDTree
 from packgen.arrange.pack import ALGORITHMS, find_algorithm, pack
 from packgen.arrange.region import ColumnMap, gravity_frame, make_region
 from packgen.arrange.spheres import Pile, Spheres
-from packgen.container import load_container
 from packgen.errors import PackingError, SceneError
 from packgen.geometry import Slice
 from packgen.radii import Supply
-from packgen.scene import load_scene
 from tests.beds import box_container
 from tests.scenes import assert_sound, box, constant, read_scene, run_scene, uniform
 
@@ -254,94 +252,6 @@ def test_columns_tell_their_highest_sphere():
     assert tops[place] == pytest.approx([0.65, 0.65, 0.3])
     assert np.isneginf(np.delete(tops, place)).all()
     assert np.array_equal(columns.index(columns.points(np.zeros(16))), np.arange(16))
-
-
-def test_a_zone_above_the_bed_stands_on_its_own_floor(tmp_path):
-    zones = (
-        "[{n_particles: 30}, {n_particles: 40, location: {slice: {axis: z, min_bound: 1.2, max_bound: 1.9}}}]"
-    )
-    walls = "{box: {min: [0, 0, 0], max: [1, 1, 2]}}"
-    sets = "[{radius_distribution: constant, radius: 0.08}]"
-    path = tmp_path / "scene.yaml"
-    path.write_text(f"container: {walls}\nparticle_sets: {sets}\nzones: {zones}\n")
-    scene = load_scene(path)
-    result = pack(scene, load_container(scene))
-    assert [zone.placed for zone in result.zones] == [30, 40]
-    assert (result.bed.position[result.bed.zone_index == 1, 2] >= 1.2 - 1e-9).all()
-
-
-def altitudes(bed, zone):
-    """Lowest and highest point of a zone's spheres [m]."""
-    own = bed.zone_index == zone
-    return (bed.position[own, 2] - bed.radius[own]).min(), (bed.position[own, 2] + bed.radius[own]).max()
-
-
-def across(axis, low, high):
-    return {"location": {"slice": {"axis": axis, "min_bound": low, "max_bound": high}}}
-
-
-@pytest.mark.parametrize("small_first", [True, False])
-def test_a_zone_that_is_full_already_takes_no_more_spheres(tmp_path, small_first):
-    radii = (0.025, 0.04) if small_first else (0.04, 0.025)
-    sets = [{"name": name, **constant(radius)} for name, radius in zip("ab", radii, strict=True)]
-    zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 30}]
-    result = run_scene(tmp_path, {"cylinder": {"radius": 0.2, "height": 0.4}}, sets, zones=zones)
-    assert result.zones[0].placed > 50
-    assert result.zones[1].placed < (1 if small_first else 30)
-
-
-def test_zones_side_by_side_both_fill_from_their_floor(tmp_path):
-    sets = [{"name": "a", **constant(0.02)}, {"name": "b", **constant(0.025)}]
-    zones = [
-        {**across("x", -0.2, 0.0), "set_proportions": [1, 0]},
-        {**across("x", 0.0, 0.2), "set_proportions": [0, 1]},
-    ]
-    bed = run_scene(tmp_path, box([-0.2, -0.1, 0], [0.2, 0.1, 0.4]), sets, zones=zones).bed
-    for zone, radius in ((0, 0.02), (1, 0.025)):
-        low, high = altitudes(bed, zone)
-        assert low < 0.01 * radius
-        assert high > 0.4 - radius
-        own = bed.zone_index == zone
-        filled = 4 / 3 * np.pi * (bed.radius[own] ** 3).sum() / (0.2 * 0.2 * 0.4)
-        assert filled > 0.45
-
-
-def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):
-    zones = [across("z", 0.3, 0.45), across("z", 0.0, 0.3)]
-    vessel = {"cylinder": {"radius": 0.15, "height": 0.5}}
-    bed = run_scene(tmp_path, vessel, constant(0.015), zones=zones).bed
-    low, high = altitudes(bed, 1)
-    assert low < 1e-4
-    assert high > 0.3 - 0.015
-
-
-@pytest.mark.parametrize(
-    "location",
-    [
-        {"cylinder": {"base": [0.5, 0.5, 0], "radius": 0.25, "height": 1.0}},
-        {"box": {"min": [0, 0, 0], "max": [0.5, 1, 1]}},
-        {"sphere": {"center": [0.5, 0.5, 0.6], "radius": 0.3}},
-        {"slice": {"axis": "z", "min_bound": 0.4, "max_bound": 0.6}},
-    ],
-    ids=lambda each: next(iter(each)),
-)
-def test_the_rest_of_a_vessel_fills_from_its_floor_around_an_earlier_zone(tmp_path, location):
-    alone = run_scene(tmp_path, CUBE, constant(0.05)).bed
-    bed = run_scene(tmp_path, CUBE, constant(0.05), zones=[{"location": location}, {}]).bed
-    low, _ = altitudes(bed, 1)
-    assert low < 1e-4
-    if "slice" in location:  # a bed that hangs right across: the later zone fills up to it
-        below = bed.position[:, 2] < 0.35
-        assert below.sum() > 0.9 * (alone.position[:, 2] < 0.35).sum()
-    else:
-        assert bed.count > 0.95 * alone.count
-
-
-def test_a_few_spheres_beside_an_earlier_zone_stand_on_the_floor(tmp_path):
-    zones = [across("x", 0.0, 0.2), {"n_particles": 60}]
-    bed = run_scene(tmp_path, box([0, 0, 0], [1, 1, 0.6]), constant(0.03), zones=zones).bed
-    own = bed.zone_index == 1
-    assert np.median(bed.position[own, 2]) == pytest.approx(0.03, abs=1e-3)
 
 
 @pytest.mark.slow

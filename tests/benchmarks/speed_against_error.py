@@ -110,7 +110,7 @@ def _by_the_paper(spheres: int, width: float, seed: int) -> Outcome:
     packed = pack_zone_adam(
         supply,
         walls,
-        ZoneSpace(0.0, height, lambda _: width**2, sample),
+        ZoneSpace(0.0, height, lambda _: width**2, lambda _: 1.0, sample),
         torch.tensor([0.0, 0.0, -1.0], dtype=torch.float64),
         none.reshape(0, 3),
         none,
