@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from packgen.measure import contacts, solid_fraction
-from tests.scenes import box, constant, run_scene
+from tests.scenes import box, constant, run_scene, uniform
 
 LARGE = 0.03
 WIDTH = 20.0 * LARGE
@@ -42,3 +42,20 @@ def test_two_sizes_are_mixed_at_every_height_and_fill_each_others_voids(tmp_path
     assert solid_fraction(bed).core > core
     assert contacts(bed)[-1].none < 0.02
     assert np.abs(shares(bed, 4) - (1.0 - fine)).max() < 0.1
+
+
+def test_the_last_sphere_of_broad_sizes_finds_a_place_in_a_vessel_that_is_nearly_empty(tmp_path):
+    # To the last digit a random scene whose lowest places were all inside large spheres in the end.
+    coarse = uniform(0.01681448277873684, 0.033197089027122914)
+    fine = uniform(0.0031669941060677477, 0.01239712135768745)
+    sets = [{"name": name, "material": "smooth", **each} for name, each in (("a", coarse), ("b", fine))]
+    zone = {
+        "volume": 0.007021599805755572,
+        "set_proportions": [0.6970355207905582, 0.30296447920944186],
+        "proportions_by": "volume",
+    }
+    vessel = box([0] * 3, [0.41242555388431906, 0.3207853208823834, 0.7158983877124545])
+    result = run_scene(
+        tmp_path, vessel, sets, zones=[zone], materials={"smooth": {"friction": 0.05}}, seed=157
+    )
+    assert result.zones[0].placed == result.zones[0].asked == 863

@@ -44,6 +44,9 @@ STARTS_A_SPHERE, STARTS_MIN = 200.0, 2_000_000.0
 TRIES_MIN = 8
 """Spheres that a layer has to try for its failure to count in full: a narrow tube has room for one."""
 
+PLACES_MIN = 64
+"""Places that the last few spheres of broad sizes choose from, at least."""
+
 SEARCH_POINTS = 1024
 """Points that are looked at for the start of a single sphere before a layer counts as without room."""
 
@@ -353,7 +356,10 @@ class _Zone:
         own = tops[self.map.index(points)]
         height = points @ region.frame[2] - own
         clearance = region.clearance(points, self.supply.radius_reference)
-        remaining = None if self.supply.remaining is None else self.spare * self.supply.remaining
+        remaining = self.supply.remaining
+        if remaining is not None and self.spare > 1:
+            # The lowest of all places may be inside large spheres: the last ones need some to choose from.
+            remaining = max(self.spare * remaining, PLACES_MIN)
         # Spheres start off the walls, but for where these stand so near that little room is left.
         close = -0.5 * self.supply.radius_reference
         if (clearance >= 0.0).sum() > NARROW_SHARE * (clearance >= close).sum():
