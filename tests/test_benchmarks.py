@@ -362,14 +362,15 @@ def test_extrema_of_a_damped_wave_are_found_where_they_are():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [5.0, 10.0, 20.0])
-def test_smooth_spheres_fill_cylinders_as_experiments_have_it(ratio):
-    beds = [porosity.arranged_bed(ratio, 0.1, seed) for seed in range(4)]
-    waves = porosity.measured(ratio, 0.1, beds)
+@pytest.mark.parametrize("friction", [0.1, 0.2, 0.5])
+def test_spheres_fill_cylinders_as_experiments_have_it(ratio, friction):
+    beds = [porosity.arranged_bed(ratio, friction, seed) for seed in range(4)]
+    waves = porosity.measured(ratio, friction, beds)
     dense, loose = porosity.zou_yu(ratio)
     assert dense < np.mean(waves.mean) < loose
     found = porosity.extrema(waves.wall_distance, waves.porosity)
     expected = porosity.extrema(waves.wall_distance, porosity.published(waves)["de Klerk"])
-    np.testing.assert_allclose(found, expected, rtol=0, atol=0.055)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.05)
 
 
 @pytest.mark.slow

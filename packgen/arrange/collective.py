@@ -74,7 +74,11 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
     endless = floor_direction(task.down, task.container.periodic) is None
     tolerance = task.settings.tolerance
     # Nothing sinks in an endless bed.
-    recipe = Recipe(tolerance=tolerance) if endless else Recipe.of_friction(zone.friction, tolerance)
+    recipe = (
+        Recipe(tolerance=tolerance)
+        if endless
+        else Recipe.of_friction(zone.friction, tolerance, _tube_width(zone, region))
+    )
     plan = LayerPlan()
     if task.settings.batch_size is not None:
         plan = _plan_of_size(plan, task.settings.batch_size, zone, region)
@@ -99,6 +103,12 @@ def _fill_with_projection(task: Task, zone: ZoneTask, region: Region, pile: Pile
         # Walls as far apart as a sphere is wide leave no room for the gap that spheres are arranged with.
         pile.unearth()
     return batch
+
+
+def _tube_width(zone: ZoneTask, region: Region) -> float | None:
+    """Return the width of a round region in sphere diameters; None: not round, or of broad sizes."""
+    width = region.tube_width() if zone.supply.radius_max <= 2.0 * zone.supply.radius_min else None
+    return None if width is None else width / (2.0 * zone.supply.radius_reference)
 
 
 def _plan_of_size(plan: LayerPlan, batch_size: int, zone: ZoneTask, region: Region) -> LayerPlan:

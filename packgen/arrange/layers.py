@@ -320,10 +320,9 @@ class _Zone:
             open_above &= tops > np.median(tops[open_above]) - self.thickness
         level = self._level(tops, open_above) if open_above.any() else self.level
         self.level = max(level, self.climbed)
-        if not found.any():
+        if not found.any() or not self.started:
+            # What is found before the first sphere is the foot of earlier beds, not a surface to fill up to.
             self.level = max(self.base, self.climbed)
-        elif not self.started:
-            self.level = max(self.level, self.base)
         tops[~found] = self.level
         return np.maximum(tops, self.ground)
 

@@ -150,6 +150,8 @@ def _relax(
             return
         if limit is not None:
             stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe)
+            if np.isnan(layer.positions()[:, 0]).all():
+                return
 
 
 def throw_back(layer: Layer, blame: Float64Array, limit: float, recipe: Recipe) -> int:

@@ -18,6 +18,13 @@ from packgen.geometry import Ball, Box, Cone, Container, Mesh, Shape, Slice
 
 COLUMNS_MAX = 4_000_000
 
+SECTION_POINTS = 4096
+"""Points that measure a cross-section."""
+
+ROUND_MAX = 1.1
+"""A section is round whose circle around it is at most so much larger: 1.05 for a dodecagon, 1.21 for a
+hexagon."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Region:
@@ -83,8 +90,19 @@ class Region:
         """Return the region's horizontal area at an altitude [m2], to about 2 %."""
         least, most = self.rectangle()
         rng = np.random.default_rng(0)
-        inside = self.sample(rng, 4096, altitude, altitude)
-        return float(np.prod(most - least)) * max(len(inside), 1) / 4096
+        inside = self.sample(rng, SECTION_POINTS, altitude, altitude)
+        return float(np.prod(most - least)) * max(len(inside), 1) / SECTION_POINTS
+
+    def tube_width(self) -> float | None:
+        """Return the diameter [m] of the cross-section halfway up, to about 1 %; None: it is not round."""
+        altitude = 0.5 * (self.floor + self.ceiling)
+        points = self.sample(np.random.default_rng(0), SECTION_POINTS, altitude, altitude) @ self.frame[:2].T
+        if len(points) == 0:
+            return None
+        least, most = self.rectangle()
+        area = float(np.prod(most - least)) * len(points) / SECTION_POINTS
+        farthest = float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+        return 2.0 * math.sqrt(area / math.pi) if math.pi * farthest**2 < ROUND_MAX * area else None
 
 
 def gravity_frame(down: Float64Array) -> Float64Array:

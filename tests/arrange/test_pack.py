@@ -241,6 +241,27 @@ def test_a_region_knows_its_ends_area_and_clearance():
     assert (region.clearance(inside, 0.1) >= 0.0).all()
 
 
+@pytest.mark.parametrize(
+    ("vessel", "width"),
+    [
+        ({"cylinder": {"radius": 0.4, "height": 2.0}}, 0.8),
+        ({"cylinder": {"radius": 0.4, "height": 2.0, "axis": "x"}}, None),
+        ({"cone": {"radius_bottom": 0.2, "radius_top": 0.6, "height": 2.0}}, 0.8),
+        ({"sphere": {"radius": 0.5}}, 1.0),
+        (CUBE, None),
+        ({"path": "tube.stl"}, 0.8),
+        ({"path": "ring.stl"}, None),
+    ],
+    ids=["upright", "lying", "cone", "sphere", "box", "mesh", "ring"],
+)
+def test_only_a_round_cross_section_makes_a_tube(tmp_path, vessel, width):
+    trimesh.creation.cylinder(radius=0.4, height=2.0, sections=48).export(tmp_path / "tube.stl")
+    trimesh.creation.annulus(r_min=0.15, r_max=0.4, height=2.0, sections=48).export(tmp_path / "ring.stl")
+    _, container = read_scene(tmp_path, vessel, constant(0.05))
+    found = make_region(container, [], DOWN, 0.05, "here").tube_width()
+    assert found == (pytest.approx(width, rel=0.02) if width else None)
+
+
 def test_columns_tell_their_highest_sphere():
     region = make_region(box_container([0, 0, 0], [1, 1, 1]), [], DOWN, 0.1, "here")
     columns = ColumnMap.over(region, 0.25)

@@ -7,7 +7,15 @@ import math
 
 import pytest
 
-from packgen.arrange.recipe import BREADTH_MAX, FARTHER_MAX, FRICTION_LEAST, FRICTION_USUAL, Recipe
+from packgen.arrange.recipe import (
+    BREADTH_MAX,
+    FARTHER_MAX,
+    FRICTION_LEAST,
+    FRICTION_USUAL,
+    TUBE_GRAIN,
+    TUBE_MOMENTUM,
+    Recipe,
+)
 
 RECIPE = Recipe()
 
@@ -60,6 +68,21 @@ def test_spheres_that_rub_less_sink_more_slowly_along_the_same_course_between_ro
     rough, usual = smooth.step(2 * 30, rough=True), RECIPE.step(30, rough=True)
     assert rough.roughness == pytest.approx(2.0**0.25 * usual.roughness)
     assert smooth.step(2 * RECIPE.far_sweeps, rough=True).far == RECIPE.far
+
+
+def test_a_tube_has_smoother_walls_and_more_momentum_the_less_so_the_smoother_its_spheres():
+    tube = Recipe.of_friction(FRICTION_USUAL, 1.0e-6, 10.0)
+    assert (tube.grain, tube.momentum) == pytest.approx((TUBE_GRAIN, TUBE_MOMENTUM))
+    assert tube.sink_sweeps == RECIPE.sink_sweeps
+    smooth, plain = (Recipe.of_friction(0.5 * FRICTION_USUAL, 1.0e-6, width) for width in (10.0, None))
+    assert tube.grain < smooth.grain < plain.grain
+    assert plain.momentum < smooth.momentum < tube.momentum
+    assert Recipe.of_friction(FRICTION_LEAST, 1.0e-6, 10.0) == Recipe.of_friction(FRICTION_LEAST, 1.0e-6)
+
+
+@pytest.mark.parametrize("width", [1.0, 4.5, 30.0, 1000.0])
+def test_what_is_too_narrow_or_too_wide_is_no_tube(width):
+    assert Recipe.of_friction(FRICTION_USUAL, 1.0e-6, width) == RECIPE
 
 
 def test_beyond_the_usual_friction_and_below_the_least_one_nothing_changes():

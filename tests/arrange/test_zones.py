@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import cKDTree
 
 from packgen.arrange.pack import pack
@@ -204,3 +205,12 @@ def test_a_ring_two_diameters_wide_around_a_tower_of_fines_is_filled_from_the_fl
     assert room_for(result.bed, 0.011, 0.011, 0.25, 0.06) < 5
     low, _ = altitudes(result.bed, 1)
     assert low < 1e-4
+
+
+def test_a_ring_narrower_than_a_sphere_stays_empty_and_the_next_zone_is_filled(tmp_path):
+    vessel = trimesh.creation.annulus(r_min=0.03, r_max=0.1, height=0.4)
+    vessel.apply_translation([0.0, 0.0, 0.2])
+    vessel.export(tmp_path / "ring.stl")
+    ring = {"location": {"cylinder": {"radius": 0.04, "height": 0.25}}, "n_particles": 32}
+    result = run_scene(tmp_path, {"path": "ring.stl"}, constant(0.0077), zones=[ring, {"n_particles": 5}])
+    assert [zone.placed for zone in result.zones] == [0, 5]
