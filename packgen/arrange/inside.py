@@ -25,8 +25,9 @@ from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
 from packgen.geometry import Surface
 
-CELL_SIZE = 0.4
-"""In smallest radii: no wall enters the cell of a sphere's centre that is its radius away from every wall."""
+CELL_SIZE = 0.55
+"""In smallest radii: no wall enters the cell of a sphere's centre that is its radius away from every wall, for
+the cell's diagonal, 0.95, is shorter."""
 
 CELLS_MAX = 20_000_000
 ANGLES_MAX = 400_000_000
