@@ -26,8 +26,8 @@ from packgen.arrays import Float64Array, Int64Array
 from packgen.geometry import Surface
 
 CELL_SIZE = 0.55
-"""In smallest radii: no wall enters the cell of a sphere's centre that is its radius away from every wall, for
-the cell's diagonal, 0.95, is shorter."""
+"""In smallest radii: no wall enters the cell of a sphere's centre that is its radius away from every wall,
+for the cell's diagonal, 0.95, is shorter."""
 
 CELLS_MAX = 20_000_000
 ANGLES_MAX = 400_000_000
