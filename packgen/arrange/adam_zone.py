@@ -26,8 +26,8 @@ from packgen.arrange.adam import AdamSettings, BatchResult, arrange_batch, batch
 from packgen.arrange.objective import Walls
 from packgen.arrays import Float64Array, Int32Array
 
-FREE_MIN = 0.02  # of a zone's cross-section, clear of earlier spheres, for a batch to start there
-SLAB_STEPS = 16  # at most about so many steps add up the room of a slab
+FREE_MIN = 0.1  # of a zone's cross-section, clear of earlier spheres, for a batch to start there
+SLAB_STEPS = 16  # about so many steps add up the room of a slab
 
 SampleAbove = Callable[[np.random.Generator, int, float, float], Float64Array]
 Finish = Callable[[Tensor, Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -238,7 +238,8 @@ def _slab(radius: Tensor, top: float, space: ZoneSpace, settings: AdamSettings) 
             return None
         height = min(height + largest, highest)
     room = 4.0 / 3.0 * math.pi * float((radius**3).sum()) / settings.start_fraction
-    step = max(largest, room / (SLAB_STEPS * space.area(height)))
+    # The tip of a hopper has hardly any area: its slab is not for that as high as the hopper.
+    step = max(largest, min(room / space.area(height), space.ceiling - height) / SLAB_STEPS)
     thickness = 0.0
     while room > 0.0 and height + thickness < space.ceiling:
         altitude = min(height + thickness, space.ceiling - largest)
