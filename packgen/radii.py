@@ -159,8 +159,8 @@ class Supply:
     def _draw_sum(self, by: str, wanted: float, count: int) -> Draw:
         """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, to half the smallest.
 
-        About the right number is drawn; then single spheres are added, taken away or (those of files)
-        exchanged, each time what comes nearest to what is missing.
+        About the right number is drawn; then single spheres are added, taken away or exchanged (those of
+        files, and where no other one comes nearer), each time what comes nearest to what is missing.
         """
         counts = largest_remainder(self.shares, count)
         reserve = np.where(self.shares > 0.0, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
@@ -264,7 +264,9 @@ class _Members:
         smallest = float(min(chosen.weight.min(initial=np.inf), spare.weight.min(initial=np.inf)))
         missing = wanted - float(chosen.weight.sum())
         while abs(missing) > 0.5 * smallest:
-            left = min((self._single(missing), self._exchange(missing)), key=lambda move: abs(move[0]))
+            left = self._single(missing)
+            if self.once.any() or not abs(left[0]) < abs(missing):
+                left = min((left, self._exchange(missing)), key=lambda move: abs(move[0]))
             if not abs(left[0]) < abs(missing):
                 break  # only where spheres exist once can they run out before the sum is met
             missing = left[0]
@@ -287,9 +289,9 @@ class _Members:
         return missing + float(weight[best]), best, None
 
     def _exchange(self, missing: float) -> _Move:
-        """Return the best exchange of a chosen sphere for a spare one, where spheres exist once."""
+        """Return the best exchange of a chosen sphere for a spare one."""
         out, into = np.flatnonzero(self.keep), np.flatnonzero(self.usable)
-        if not self.once.any() or not len(out) or not len(into):
+        if not len(out) or not len(into):
             return np.inf, None, None
         into = into[np.argsort(self.spare.weight[into], kind="stable")]
         weight = self.spare.weight[into]

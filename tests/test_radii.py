@@ -34,6 +34,19 @@ def supply(spec: ZoneSpec, *specs: dict[str, Any], seed: int = 0, folder: Path =
     return Supply(spec, sets(*specs, folder=folder), np.random.default_rng(seed))
 
 
+@pytest.mark.parametrize("seed", [3, 50, 127])
+def test_a_wanted_sum_is_met_where_no_other_sphere_is_as_small_as_the_smallest(seed):
+    # What is missing in the end is less than any sphere that could be added: one is exchanged.
+    tail = {"radius_distribution": "normal", "radius_mean": 0.6, "radius_std_dev": 0.09}
+    bounded = {**tail, "radius_min": 0.2, "radius_max": 1.0}
+    classes = {"radius_distribution": "discrete", "radii": [1.6, 0.5], "fractions": [0.5, 0.5], "by": "mass"}
+    draw = supply(zone(volume=20_000.0, set_proportions=[0.54, 0.46]), bounded, classes, seed=seed).take(
+        10**6
+    )
+    volume = SPHERE * draw.radius**3
+    assert abs(volume.sum() - 20_000.0) <= 0.5 * volume.min()
+
+
 def test_a_counted_zone_divides_its_number_exactly_and_mixes_it() -> None:
     source = supply(zone(n_particles=1001, set_proportions=[0.7, 0.3]), UNIFORM, SMALL)
     assert (source.asked, source.remaining, source.drawn_count) == (1001, 1001, 1001)
