@@ -7,16 +7,13 @@ from numpy.typing import NDArray
 
 from packgen.arrange.adam_zone import ZoneSpace
 from packgen.arrange.kernels.starts import close_points, point_grid
-from packgen.arrange.region import Region
+from packgen.arrange.region import SECTION_POINTS, Region
 from packgen.arrange.spheres import Spheres
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
 
 SAMPLE_ROUNDS = 200
 """Rounds of random points until a narrow zone is given up."""
-
-SHARE_POINTS = 4096
-"""Points that estimate what is free of a cross-section, to about 1 %."""
 
 
 def zone_space(region: Region, earlier: Spheres, radius: float, place: str) -> ZoneSpace:
@@ -29,7 +26,8 @@ def zone_space(region: Region, earlier: Spheres, radius: float, place: str) -> Z
         place: Where the scene names the zone, for messages.
 
     Returns:
-        The space; drawing from it raises PackingError where it is too narrow to find room.
+        The space, what is free of a section known to about 1 %; drawing from it raises PackingError where it
+        is too narrow to find room.
     """
 
     def clear(points: Float64Array) -> NDArray[np.bool_]:
@@ -43,7 +41,7 @@ def zone_space(region: Region, earlier: Spheres, radius: float, place: str) -> Z
     def free(altitude: float) -> float:
         if not len(earlier):
             return 1.0
-        points = region.sample(np.random.default_rng(0), SHARE_POINTS, altitude, altitude)
+        points = region.sample(np.random.default_rng(0), SECTION_POINTS, altitude, altitude)
         return float(clear(points).mean()) if len(points) else 0.0
 
     def sample_above(rng: np.random.Generator, count: int, height: float, thickness: float) -> Float64Array:

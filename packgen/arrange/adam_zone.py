@@ -229,7 +229,10 @@ class _Bed:
 
 
 def _slab(radius: Tensor, top: float, space: ZoneSpace, settings: AdamSettings) -> tuple[float, float] | None:
-    """Return altitude and thickness [m] of the slab that a batch starts in; None: there is no room left."""
+    """Return altitude and thickness [m] of the slab that a batch starts in; None: there is no room left.
+
+    It is as thick as the batch at ``settings.start_fraction`` of what is free, added up step by step.
+    """
     largest = float(radius.max())
     highest = max(space.ceiling - 2.0 * largest, space.floor)
     height = min(max(top, space.floor), highest)

@@ -151,7 +151,7 @@ def _relax(
         if limit is not None:
             stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe)
             if np.isnan(layer.positions()[:, 0]).all():
-                return
+                return  # nothing fits here: of no sphere at all there is no list to make
 
 
 def throw_back(layer: Layer, blame: Float64Array, limit: float, recipe: Recipe) -> int:

@@ -100,7 +100,7 @@ class Recipe:
         walls as rough as before; a little rougher ones (by the fourth root) keep the porosity near walls
         within 0.05 of de Klerk's.
 
-        The layers of a crystal are flat and do not fit into a tube: walls half as rough leave there the waves
+        The layers of a crystal are flat and do not fit into a tube: less rough walls leave there the waves
         of the porosity that experiments show. With the usual ones its minima are 0.05 too shallow, and its
         mean is 0.01 above that of Zou and Yu's loose packings. Tubes of hardly more than two shells need
         rough walls, and so do vessels so wide that a sphere finds their walls flat. Smooth spheres sink
