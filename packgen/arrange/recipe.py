@@ -101,8 +101,8 @@ class Recipe:
         within 0.05 of de Klerk's.
 
         The layers of a crystal are flat and fit a curved wall badly: less rough ones leave in a tube the
-        waves of the porosity that experiments show. With the usual ones its minima are 0.05 too shallow, and its
-        mean is 0.01 above that of Zou and Yu's loose packings. It costs some order: of the spheres at the
+        waves of the porosity that experiments show. With the usual ones its minima are 0.05 too shallow, and
+        its mean is 0.01 above that of Zou and Yu's loose packings. It costs some order: of the spheres at the
         wall 1 and 3 % are in crystals at 10 and 20 diameters, 0.2 and 1.6 % behind usual walls. Tubes of
         hardly more than two shells need rough walls, and so do vessels so wide that a sphere finds their
         walls flat. Smooth spheres sink slowly enough to find those waves by themselves. Measured by
