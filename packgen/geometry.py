@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array, read_only
+from packgen.portable import length
 
 FLOOR_SHARE_MIN = 1.0e-9
 """Share of gravity, across the periodic axes, below which it is rounding."""
@@ -162,8 +163,8 @@ def floor_direction(gravity: Float64Array, periodic: tuple[bool, bool, bool]) ->
         Unit vector, shape (3,); None where nothing is left of gravity: the bed has no floor.
     """
     held = np.where(periodic, 0.0, np.asarray(gravity, float))
-    strength = float(np.linalg.norm(held))
-    if not strength > FLOOR_SHARE_MIN * float(np.linalg.norm(gravity)):
+    strength = length(held)
+    if not strength > FLOOR_SHARE_MIN * length(gravity):
         return None
     direction: Float64Array = held / strength
     return direction

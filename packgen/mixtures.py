@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.portable import exp, log, octaves, power
 
 SIZE_CLASSES = 24
 """Classes that a range of radii is divided into for its solid fraction; 8 give the same to 0.002."""
@@ -28,7 +29,7 @@ def mixed_order(radius: Float64Array, set_index: Int32Array, rng: np.random.Gene
     order: Int64Array = rng.permutation(len(radius))
     if len(radius) == 0:
         return order
-    octave = np.floor(np.log2(radius.max() / radius) + 1e-9).astype(np.int64)
+    octave = octaves(radius.max() / radius)
     kind = set_index.astype(np.int64) * (int(octave.max()) + 1) + octave
     _, kind, count = np.unique(kind, return_inverse=True, return_counts=True)
     if len(count) == 1:
@@ -50,13 +51,13 @@ def size_classes(radius: Float64Array, volume: Float64Array) -> tuple[Float64Arr
     Returns:
         (radius of each class, the geometric mean by volume [m]; its share of the volume), shape (k,) each.
     """
-    smaller = np.log(radius.max() / radius)
+    smaller = log(radius.max() / radius)
     span = max(float(smaller.max()), 1e-12)
     number = np.minimum((smaller / span * SIZE_CLASSES).astype(np.int64), SIZE_CLASSES - 1)
     total = np.bincount(number, volume, SIZE_CLASSES)
     used = total > 0.0
     mean = np.bincount(number, volume * smaller, SIZE_CLASSES)[used] / total[used]
-    return radius.max() * np.exp(-mean), total[used] / total.sum()
+    return radius.max() * exp(-mean), total[used] / total.sum()
 
 
 def mixture_fraction(radius: Float64Array, share: Float64Array, alone: float) -> float:
@@ -76,8 +77,8 @@ def mixture_fraction(radius: Float64Array, share: Float64Array, alone: float) ->
     """
     # Row by row: the size that carries the packing, ratios of smaller to larger radius.
     ratio = np.minimum.outer(radius, radius) / np.maximum.outer(radius, radius)
-    filling = (1.0 - ratio) ** 3.3 + 2.8 * ratio * (1.0 - ratio) ** 2.7
-    occupying = (1.0 - ratio) ** 2.0 + 0.4 * ratio * (1.0 - ratio) ** 3.7
+    filling = power(1.0 - ratio, 3.3) + 2.8 * ratio * power(1.0 - ratio, 2.7)
+    occupying = (1.0 - ratio) ** 2 + 0.4 * ratio * power(1.0 - ratio, 3.7)
     specific = 1.0 / alone
     saved = np.where(radius[None] < radius[:, None], specific * filling, (specific - 1.0) * occupying)
-    return float(1.0 / (specific - saved @ share).max())
+    return float(1.0 / (specific - (saved * share).sum(axis=1)).max())

@@ -16,6 +16,7 @@ from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
 from packgen.distributions import UNIT_VOLUME, Listed
 from packgen.errors import PackingError
 from packgen.mixtures import mixed_order, mixture_fraction, size_classes
+from packgen.portable import cube, cube_root, whole_power
 from packgen.shares import Amount, SizedSet, expected_count, largest_remainder, mean_weights, number_shares
 
 __all__ = ["Draw", "Supply"]
@@ -96,7 +97,7 @@ class Supply:
     @property
     def radius_reference(self) -> float:
         """Radius of a sphere of mean volume [m]."""
-        return float(np.cbrt(self.mean_volume / UNIT_VOLUME))
+        return cube_root(self.mean_volume / UNIT_VOLUME)
 
     def solid_fraction(self, alone: float) -> float:
         """Return the solid fraction of a bed of these spheres where that of equal ones is ``alone``."""
@@ -187,7 +188,7 @@ class Supply:
     def _sized(self, by: str, radii: list[Float64Array]) -> _Sized:
         set_index = np.repeat(np.arange(len(radii)), [len(each) for each in radii])
         radius = np.concatenate(radii)
-        weight = UNIT_VOLUME * radius**3
+        weight = UNIT_VOLUME * cube(radius)
         if by == "mass":
             weight = weight * np.array([each.density for each in self._sets])[set_index]
         return _Sized(radius, set_index, weight)
@@ -220,16 +221,17 @@ class Supply:
     def _set_sizes(self, draw: Draw | None) -> None:
         """Keep the sizes that will come: those drawn, or those that the laws allow."""
         if draw is not None and len(draw.radius):
-            self.mean_volume = float(UNIT_VOLUME * np.mean(draw.radius**3))
-            self.radius_by_volume = float(np.mean(draw.radius**4) / np.mean(draw.radius**3))
+            volume = cube(draw.radius)
+            self.mean_volume = float(UNIT_VOLUME * np.mean(volume))
+            self.radius_by_volume = float(np.mean(whole_power(draw.radius, 4)) / np.mean(volume))
             self.radius_min, self.radius_max = float(draw.radius.min()), float(draw.radius.max())
-            self._sizes = size_classes(draw.radius, draw.radius**3)
+            self._sizes = size_classes(draw.radius, volume)
             return
         used = [each for each, share in zip(self._sets, self.shares, strict=True) if share > 0.0]
-        self.mean_volume = float(self.shares @ mean_weights("volume", self._sets))
+        self.mean_volume = float((self.shares * mean_weights("volume", self._sets)).sum())
         level = (np.arange(QUANTILES) + 0.5) / QUANTILES
         radius = np.stack([each.distribution.quantile(level) for each in used])
-        volume = self.shares[self.shares > 0.0, None] * radius**3
+        volume = self.shares[self.shares > 0.0, None] * cube(radius)
         self.radius_by_volume = float((volume * radius).sum() / volume.sum())
         self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)

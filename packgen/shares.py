@@ -9,6 +9,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.distributions import Distribution
+from packgen.portable import cube
 
 if TYPE_CHECKING:
     from packgen.bed import Bed
@@ -86,9 +87,9 @@ def expected_count(zone: Amount, sets: Sequence[SizedSet]) -> float | None:
         return float(zone.n_particles)
     share = number_shares(zone, sets)
     if zone.volume is not None:
-        return zone.volume / float(share @ mean_weights("volume", sets))
+        return zone.volume / float((share * mean_weights("volume", sets)).sum())
     if zone.mass is not None:
-        return zone.mass / float(share @ mean_weights("mass", sets))
+        return zone.mass / float((share * mean_weights("mass", sets)).sum())
     return None
 
 
@@ -119,7 +120,7 @@ def reached_shares(bed: Bed, zone: int, by: str) -> list[float]:
         by: ``number``, ``volume`` or ``mass``.
     """
     own = bed.zone_index == zone
-    weight = np.ones(int(own.sum())) if by == "number" else bed.radius[own] ** 3
+    weight = np.ones(int(own.sum())) if by == "number" else cube(bed.radius[own])
     if by == "mass":
         weight = weight * np.array([each.density for each in bed.particle_sets])[bed.set_index[own]]
     amount = np.bincount(bed.set_index[own], weight, len(bed.particle_sets))

@@ -218,7 +218,7 @@ class _Bed:
         self.spheres = torch.cat((self.spheres[0], position)), torch.cat((self.spheres[1], radius))
         self._set_index.append(set_index)
         self._batch_index.append(np.full(len(radius), batch_index, dtype=np.int32))
-        self.top = max(self.top, float((radius - position @ self._down).max()))
+        self.top = max(self.top, float((radius - (position * self._down).sum(dim=1)).max()))
 
     def zone(self, thrown_back: int) -> AdamZone:
         position, radius = (values[self._before :].cpu().numpy() for values in self.spheres)
@@ -240,7 +240,7 @@ def _slab(radius: Tensor, top: float, space: ZoneSpace, settings: AdamSettings) 
         if height == highest:
             return None
         height = min(height + largest, highest)
-    room = 4.0 / 3.0 * math.pi * float((radius**3).sum()) / settings.start_fraction
+    room = 4.0 / 3.0 * math.pi * float((radius * radius * radius).sum()) / settings.start_fraction
     # The tip of a hopper has hardly any area: its slab is not for that as high as the hopper.
     step = max(largest, min(room / space.area(height), space.ceiling - height) / SLAB_STEPS)
     thickness = 0.0

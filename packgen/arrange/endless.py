@@ -17,6 +17,7 @@ from packgen.arrange.region import Region
 from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.starts import assign_starts
 from packgen.arrays import Float64Array
+from packgen.portable import cube, octaves
 from packgen.radii import Draw, Supply
 
 FULL = 0.61
@@ -158,7 +159,7 @@ class _Cell:
             draw = Draw(
                 np.concatenate([draw.radius, more.radius]), np.concatenate([draw.set_index, more.set_index])
             )
-        total = np.cumsum(4.0 / 3.0 * np.pi * draw.radius**3)
+        total = np.cumsum(4.0 / 3.0 * np.pi * cube(draw.radius))
         fitting = max(int(np.searchsorted(total, wanted + 0.5 * self.supply.mean_volume)), least)
         self.supply.put_back(Draw(draw.radius[fitting:], draw.set_index[fitting:]))
         return Draw(draw.radius[:fitting], draw.set_index[:fitting])
@@ -196,7 +197,7 @@ class _Cell:
         """Return the points farthest from all spheres, at least a mean diameter from each other, (n, 3)."""
         seams = self.region.walls.seams
         distance = np.full(len(points), np.inf)
-        octave = np.floor(np.log2(front.radius / front.radius.min()) + 1e-9)
+        octave = octaves(front.radius / front.radius.min())
         for value in np.unique(octave):
             chosen = octave == value
             nearest, index = seams.tree(front.position[chosen]).query(seams.placed(points))
@@ -225,4 +226,4 @@ class _Cell:
 
 
 def _volume(radius: Float64Array) -> float:
-    return float(4.0 / 3.0 * np.pi * (radius**3).sum())
+    return float(4.0 / 3.0 * np.pi * cube(radius).sum())

@@ -15,6 +15,7 @@ from packgen.arrange.recipe import Step
 from packgen.arrange.seams import SeamPairs, no_pairs, seam_pairs
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.portable import components
 
 
 @dataclass(slots=True)
@@ -135,7 +136,7 @@ class FusedLayer:
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
         blame = np.empty(self.moving)
-        height = -(self.ball[: self.moving, :3] @ down)
+        height = -components(self.ball[: self.moving, :3], down)
         worst = sphere_overlaps(
             self.ball, scale, self.moving, self.owner, self.neighbor,
             self.seam.first, self.seam.second, self.seam.offset,

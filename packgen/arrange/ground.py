@@ -11,6 +11,7 @@ from scipy.ndimage import maximum_filter
 
 from packgen.arrange.region import ColumnMap, Region
 from packgen.arrange.spheres import Spheres
+from packgen.portable import components
 
 HANGING = 1.5
 """Spheres over a gap higher than so many diameters hang."""
@@ -30,7 +31,7 @@ def beds_of_zones(
     Returns:
         (all of their spheres, those of them that stand: nothing below them hangs).
     """
-    altitude = front.position @ region.frame[2]
+    altitude = components(front.position, region.frame[2])
     within = columns.covers(front.position)
     within &= (altitude < region.floor) | (region.clearance(front.position, 0.0) > 0.0)
     beds = front[within]

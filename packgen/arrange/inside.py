@@ -24,6 +24,7 @@ from packgen.arrange.kernels.inside import (
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
 from packgen.geometry import Surface
+from packgen.portable import cube_root
 
 CELL_SIZE = 0.55
 """In smallest radii: no wall enters the cell of a sphere's centre that is its radius away from every wall,
@@ -60,7 +61,7 @@ class InsideMap:
             radius: Smallest radius that will be placed [m].
         """
         extent = bounds[1] - bounds[0]
-        size = max(CELL_SIZE * radius, float(np.cbrt(np.prod(extent) / CELLS_MAX)))
+        size = max(CELL_SIZE * radius, cube_root(float(np.prod(extent)) / CELLS_MAX))
         cells = np.ceil(extent / size).astype(np.int64) + 2
         # Odd, so that flat walls on round numbers do not run along the faces of cells.
         origin = bounds[0] - 0.973 * size

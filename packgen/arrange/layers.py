@@ -18,6 +18,7 @@ from packgen.arrange.spheres import Pile, Spheres, joined
 from packgen.arrange.starts import assign_starts
 from packgen.arrays import Float64Array
 from packgen.distributions import UNIT_VOLUME
+from packgen.portable import components, cube
 from packgen.radii import Draw, Supply
 
 SPARE_STARTS = 5
@@ -185,8 +186,8 @@ class _Zone:
         moving = joined([self._new(start, draw, batch), front[reopened]])
         fixed = front[~reopened]
         moving, thrown = self._settled(moving, fixed)
-        volume = float(np.sum(moving.radius**3) - np.sum(front.radius[reopened] ** 3))
-        gained = volume / float(np.sum(draw.radius**3)) if tried else min(volume, 0.0)
+        volume = float(np.sum(cube(moving.radius)) - np.sum(cube(front.radius[reopened])))
+        gained = volume / float(np.sum(cube(draw.radius))) if tried else min(volume, 0.0)
         if self._overfull(gained):
             self.supply.put_back(draw)
             return 1.0, tried, tried
@@ -247,7 +248,7 @@ class _Zone:
         draw = self.supply.take(max(int(places), 1))
         if self.supply.asked is not None:
             return draw
-        volume = np.cumsum(UNIT_VOLUME * draw.radius**3)
+        volume = np.cumsum(UNIT_VOLUME * cube(draw.radius))
         count = max(int(np.searchsorted(volume, places * self.supply.mean_volume, side="right")), 1)
         self.supply.put_back(Draw(draw.radius[count:], draw.set_index[count:]))
         return Draw(draw.radius[:count], draw.set_index[:count])
@@ -261,7 +262,7 @@ class _Zone:
     def _reopened(self, front: Spheres, tops: Float64Array, start: Float64Array) -> NDArray[np.bool_]:
         """Tell which spheres at rest move again: those of this zone just below the newcomers, (N,) bool."""
         column = self.map.index(front.position)
-        depth = tops[column] - front.position @ self.region.frame[2]
+        depth = tops[column] - components(front.position, self.region.frame[2])
         fresh = np.zeros(self.map.count)
         fresh[self.map.index(start)] = 1.0
         touched = self.map.nearby(fresh, 2.0 * self.supply.radius_max, maximum_filter) > 0.0
@@ -281,7 +282,7 @@ class _Zone:
             self.stats,
             device=self.device,
         )
-        bottom = position @ self.region.frame[2] - moving.radius
+        bottom = components(position, self.region.frame[2]) - moving.radius
         # What slipped down to the buried spheres could overlap one of them unseen.
         buried = self.map.nearby(self.buried_tops, self.reach, maximum_filter)
         kept &= bottom > buried[self.map.index(position)]
@@ -292,7 +293,7 @@ class _Zone:
     def _surface(self, front: Spheres) -> Float64Array:
         """Return the tops of the bed's columns, spheres far above the new layer left out [m]."""
         front = front[front.zone_index == self.zone_index]
-        altitude = front.position @ self.region.frame[2]
+        altitude = components(front.position, self.region.frame[2])
         highest = 1.5 * max(self.plan.first, 1.0) * self.plan.thickness * self.diameter
         below = altitude <= self.level + highest
         tops = self.map.tops(front.position[below], front.radius[below])
@@ -353,7 +354,7 @@ class _Zone:
         """Return the points above the bed and inside the walls, (n, 3); the lowest where few are wanted."""
         region, thickness = self.region, self.thickness
         own = tops[self.map.index(points)]
-        height = points @ region.frame[2] - own
+        height = components(points, region.frame[2]) - own
         clearance = region.clearance(points, self.supply.radius_reference)
         remaining = self.supply.remaining
         if remaining is not None and self.spare > 1:
@@ -366,7 +367,7 @@ class _Zone:
         near = height <= 2.0 * thickness
         if region.sides is not None:
             # Over a roof begins another space, whose floor is nowhere near the bed below.
-            over = points @ region.frame[2] >= self.level - thickness
+            over = components(points, region.frame[2]) >= self.level - thickness
             near |= self.roofed[self.map.index(points)] & over
         open_space = (height >= 0.0) & near & (clearance >= close)
         points, height = points[open_space], height[open_space]
@@ -388,7 +389,7 @@ class _Zone:
         lowest = self.map.nearby(tops, self.reach, minimum_filter)
         margin = (self.plan.reopened + self.plan.buffer) * self.diameter + 2.0 * self.supply.radius_max
         index = self.map.index(front.position)
-        top = front.position @ self.region.frame[2] + front.radius
+        top = components(front.position, self.region.frame[2]) + front.radius
         deep = top < np.minimum(lowest[index], self.level) - margin
         np.maximum.at(self.buried_tops, index[deep], top[deep])
         self.pile.bury(deep)

@@ -21,8 +21,10 @@ def push_lightness(radius: Float64Array, moving: int, reference: float) -> Float
     Returns:
         Lightness, shape (N,), float64; 0 of a fixed sphere as large as the largest.
     """
-    lightness = (reference / radius) ** 3
+    ratio = reference / radius
+    lightness = ratio * ratio * ratio
     if moving < len(radius):
         largest = float(radius.max())
-        lightness[moving:] = (reference / largest) ** 3 * (largest / radius[moving:] - 1.0)
+        least = reference / largest
+        lightness[moving:] = least * least * least * (largest / radius[moving:] - 1.0)
     return lightness

@@ -166,8 +166,9 @@ def objective(
     gradient.index_add_(0, pairs.second, pull)
     gradient.index_add_(0, pairs.first, pull.neg_())
     exterior, exterior_gradient = _exterior(position, radius, walls)
-    overlap = torch.dot(depth, pairs.count)
-    value = weights.alpha * overlap - weights.beta * (position @ down).sum() + weights.gamma * exterior
+    # Sums of products, not products of matrices: those differ by machine.
+    overlap = (depth * pairs.count).sum()
+    value = weights.alpha * overlap - weights.beta * (position * down).sum() + weights.gamma * exterior
     total = gradient[: len(position)].add_(exterior_gradient, alpha=weights.gamma).sub_(weights.beta * down)
     return Objective(value, total)
 

@@ -17,6 +17,7 @@ from packgen.bed import Bed, ParticleSet
 from packgen.container import checked_locations
 from packgen.errors import PackingError
 from packgen.geometry import Container, Shape, Slice, floor_direction
+from packgen.portable import length
 from packgen.radii import Supply
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def pack(
     task = Task(
         container,
         tuple(zones),
-        gravity / np.linalg.norm(gravity) if down is None else down,
+        gravity / length(gravity) if down is None else down,
         scene.params,
         np.random.default_rng(seeds[0]),
         threads,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from packgen.arrange.kernels.pushes import PARTING_X, PARTING_Y
 from packgen.arrange.kernels.sweep import GRAIN_PUSH, wall_candidates
 from packgen.arrange.lightness import push_lightness
 from packgen.arrange.neighbors import neighbor_pairs, neighbor_pairs_between
@@ -124,10 +123,10 @@ class PlainLayer:
         difference, distance = difference[deep], distance[deep]
         reach = self.ball[first, 3] + self.ball[second, 3]
         same = distance < 1e-9 * reach
-        angle = 2.399963229728653 * (first + second)
-        parting = torch.stack([torch.cos(angle), torch.sin(angle), 0.5 - (first & 1)], dim=1)
+        across, along = PARTING_X * (first + second), PARTING_Y * (first + second)
+        parting = torch.stack([across.frac() - 0.5, along.frac() - 0.5, 0.5 - (first & 1)], dim=1)
         difference = torch.where(same[:, None], parting, difference)
-        distance = torch.where(same, math.sqrt(1.25), distance)
+        distance = torch.where(same, torch.linalg.vector_norm(parting, dim=1), distance)
         both = second < self.moving
         share = self.lightness[first] / (self.lightness[first] + self.lightness[second])
         push = (overlap / distance)[:, None] * difference

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from packgen.arrange.recipe import Recipe, Step
 from packgen.arrange.walls import WallTable
 from packgen.arrays import Float64Array, Int64Array
+from packgen.portable import cube, octaves, whole_power
 
 
 @dataclass(slots=True)
@@ -105,7 +106,7 @@ def settle(
     radius = arranged[:moving, 3]
     reference = float(np.mean(radius)) if moving else 0.0
     if sink and moving:
-        recipe = recipe.of_sizes(float(np.sum(radius**4) / np.sum(radius**3)) / reference)
+        recipe = recipe.of_sizes(float(np.sum(whole_power(radius, 4)) / np.sum(cube(radius))) / reference)
     _relax(layer, reference, down, recipe, stats or SettleStats(), sink)
     position = ball[:moving, :3].copy()
     found = layer.positions()
@@ -193,7 +194,7 @@ def squeezed_pairs(position: Float64Array, radius: Float64Array) -> tuple[Int64A
     Returns:
         (the larger ones, shape (P,), the others, shape (P,)); of two in an octave, the one that comes first.
     """
-    octave = np.floor(np.log2(radius.max() / radius)).astype(np.int64)
+    octave = octaves(radius.max() / radius, slack=0.0)
     pairs = [np.empty((0, 2), np.int64)]
     for number in np.unique(octave):
         members, smaller = np.flatnonzero(octave == number), np.flatnonzero(octave > number)

@@ -6,6 +6,7 @@ import numpy as np
 
 from packgen.arrange.spheres import Pile
 from packgen.arrays import Float64Array, Int64Array
+from packgen.portable import components, cube
 from packgen.shares import largest_remainder
 
 TRIM_SHARE = 0.05
@@ -28,12 +29,12 @@ def trim_to_shares(pile: Pile, zone_index: int, shares: Float64Array, up: Float6
     sets = front.set_index[own]
     surplus = surplus_of(np.bincount(sets, minlength=len(shares)), shares)
     kept = np.ones(len(front), bool)
-    altitude = front.position[own] @ up
+    altitude = components(front.position[own], up)
     for number in np.flatnonzero(surplus):
         members = np.flatnonzero(sets == number)
         highest = np.argsort(-altitude[members], kind="stable")[: surplus[number]]
         kept[own[members[highest]]] = False
-    if (front.radius[~kept] ** 3).sum() <= TRIM_SHARE * (front.radius[own] ** 3).sum():
+    if cube(front.radius[~kept]).sum() <= TRIM_SHARE * cube(front.radius[own]).sum():
         pile.front = front[kept]
 
 

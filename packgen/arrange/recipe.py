@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from packgen.portable import log, power, scalar_power
+
 FRICTION_USUAL = 1.0 / 3.0
 """Spheres that rub as much or more are all arranged alike; those that rub less, more densely."""
 
@@ -116,11 +118,12 @@ class Recipe:
         usual = cls(tolerance=tolerance)
         slower = FRICTION_USUAL / min(max(friction, FRICTION_LEAST), FRICTION_USUAL)
         tube = _tube_share(tube_width, slower)
+        smoother = float(power(np.array(TUBE_GRAIN / usual.grain), tube))
         return replace(
             usual,
             sink_sweeps=round(slower * usual.sink_sweeps),
             momentum=usual.momentum + tube * (TUBE_MOMENTUM - usual.momentum),
-            grain=usual.grain * slower**0.25 * (TUBE_GRAIN / usual.grain) ** tube,
+            grain=usual.grain * math.sqrt(math.sqrt(slower)) * smoother,
             grain_sweeps=round(slower * usual.grain_sweeps),
             far_sweeps=round(slower * usual.far_sweeps),
             give_up_first=round(slower * usual.give_up_first),
@@ -156,8 +159,8 @@ class Recipe:
         """Return the step down before a sweep, in radii."""
         left = self.sink_sweeps - number
         if left <= 0:
-            return self.sink_last * self.sink_fade**-left
-        return self.sink_last + self.sink_first * (left / self.sink_sweeps) ** 3
+            return self.sink_last * scalar_power(self.sink_fade, -left)
+        return self.sink_last + self.sink_first * scalar_power(left / self.sink_sweeps, 3)
 
     def too_much(self, number: int) -> float | None:
         """Return the overlap that throws spheres back after so many sweeps; None: not now."""
@@ -190,7 +193,7 @@ def _tube_share(width: float | None, slower: float) -> float:
     if width is None:
         return 0.0
     slowest = FRICTION_USUAL / FRICTION_LEAST
-    share = float(np.interp(math.log(width), np.log(TUBE_WIDTHS), TUBE_SHARES))
+    share = float(np.interp(log(np.array(width)), log(np.array(TUBE_WIDTHS)), TUBE_SHARES))
     return share * (slowest - slower) / (slowest - 1.0)
 
 

@@ -15,6 +15,7 @@ from packgen.arrange.walls import WallTable, least_gap, wall_table
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
 from packgen.geometry import Ball, Box, Cone, Container, Mesh, Shape, Slice
+from packgen.portable import components, length
 
 COLUMNS_MAX = 4_000_000
 
@@ -73,7 +74,7 @@ class Region:
         corners = np.array(
             [[x, y, z] for x in self.bounds[:, 0] for y in self.bounds[:, 1] for z in self.bounds[:, 2]]
         )
-        shadow = corners @ self.frame[:2].T
+        shadow = components(corners, self.frame[:2])
         return shadow.min(axis=0), shadow.max(axis=0)
 
     def sample(
@@ -83,7 +84,7 @@ class Region:
         least, most = self.rectangle()
         across = least + rng.random((count, 2)) * (most - least)
         up = low + rng.random((count, 1)) * (high - low)
-        points: Float64Array = np.concatenate([across, up], axis=1) @ self.frame
+        points = components(np.concatenate([across, up], axis=1), self.frame.T)
         return points[self.clearance(points, radius) >= 0.0]
 
     def area(self, altitude: float) -> float:
@@ -96,7 +97,8 @@ class Region:
     def tube_width(self) -> float | None:
         """Return the diameter [m] of the cross-section halfway up, to about 1 %; None: it is not round."""
         altitude = 0.5 * (self.floor + self.ceiling)
-        points = self.sample(np.random.default_rng(0), SECTION_POINTS, altitude, altitude) @ self.frame[:2].T
+        points = self.sample(np.random.default_rng(0), SECTION_POINTS, altitude, altitude)
+        points = components(points, self.frame[:2])
         if len(points) == 0:
             return None
         least, most = self.rectangle()
@@ -107,10 +109,10 @@ class Region:
 
 def gravity_frame(down: Float64Array) -> Float64Array:
     """Return unit vectors u, v and up as the rows of a rotation, shape (3, 3); up is ``-down``."""
-    up = -np.asarray(down, float) / np.linalg.norm(down)
+    up = -np.asarray(down, float) / length(np.asarray(down, float))
     first = np.eye(3)[int(np.argmin(np.abs(up)))]
-    u = first - (first @ up) * up
-    u /= np.linalg.norm(u)
+    u = first - (first * up).sum() * up
+    u /= length(u)
     return np.stack([u, np.cross(up, u), up])
 
 
@@ -149,11 +151,11 @@ def make_region(
     shapes = [container.shape, *locations, *_seam_planes(locations, seams)]
     walls = wall_table(shapes, bounds, radius_max, seams)
     corners = np.array([[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]])
-    altitude = corners @ frame[2]
+    altitude = components(corners, frame[2])
     floor, ceiling = float(altitude.min()), float(altitude.max())
     for location in locations:
         if isinstance(location, Slice):
-            along = float(location.axis @ frame[2])
+            along = float((location.axis * frame[2]).sum())
             if abs(along) > 0.999999:
                 ends = sorted((location.low * along, location.high * along))
                 floor, ceiling = max(floor, ends[0]), min(ceiling, ends[1])
@@ -223,7 +225,7 @@ class ColumnMap:
         width = max(width, float(np.sqrt(np.prod(most - least) / COLUMNS_MAX)))
         columns = np.maximum(np.ceil((most - least) / width), 1.0)
         # Down is across every periodic axis: each is one of the frame's own.
-        wraps = np.abs(region.frame[:2]) @ (region.walls.seams.period > 0.0) > 0.5
+        wraps = (np.abs(region.frame[:2]) * (region.walls.seams.period > 0.0)).sum(axis=1) > 0.5
         # A narrow column at the seam would have fewer spheres, and a lower top, than all others.
         widths = np.where(wraps, (most - least) / columns, width)
         u, v = wraps.tolist()
@@ -236,20 +238,20 @@ class ColumnMap:
 
     def index(self, position: Float64Array) -> NDArray[np.int64]:
         """Return the column that each point lies in, flat, shape (N,)."""
-        place = ((position @ self.frame[:2].T - self.corner) / self.width).astype(np.int64)
+        place = ((components(position, self.frame[:2]) - self.corner) / self.width).astype(np.int64)
         place = np.clip(place, 0, np.array(self.shape) - 1)
         return np.asarray(place[:, 0] * self.shape[1] + place[:, 1])
 
     def covers(self, position: Float64Array) -> NDArray[np.bool_]:
         """Tell which points lie in some column, shape (N,)."""
-        place = (position @ self.frame[:2].T - self.corner) / self.width
+        place = (components(position, self.frame[:2]) - self.corner) / self.width
         inside = (place >= 0.0) & (place < np.array(self.shape))
         return np.asarray((inside | np.array(self.wraps)).all(axis=1))
 
     def tops(self, position: Float64Array, radius: Float64Array) -> Float64Array:
         """Return the altitude of the highest sphere of each column [m], -inf where there is none."""
         tops = np.full(self.count, -np.inf)
-        np.maximum.at(tops, self.index(position), position @ self.frame[2] + radius)
+        np.maximum.at(tops, self.index(position), components(position, self.frame[2]) + radius)
         return tops
 
     def nearby(self, tops: Float64Array, reach: float, chosen: Callable[..., Float64Array]) -> Float64Array:
@@ -268,5 +270,4 @@ class ColumnMap:
         """Return the middle of each column at its own altitude [m], shape (columns, 3)."""
         u, v = np.divmod(np.arange(self.count), self.shape[1])
         across = self.corner + self.width * (np.column_stack([u, v]) + 0.5)
-        points: Float64Array = np.column_stack([across, altitude]) @ self.frame
-        return points
+        return components(np.column_stack([across, altitude]), self.frame.T)

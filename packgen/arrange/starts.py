@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from packgen.arrange.kernels.starts import close_points, pick_apart, point_grid
 from packgen.arrange.seams import Seams
 from packgen.arrays import Float64Array, Int64Array
+from packgen.portable import octaves
 
 APART = 1.1
 """Large spheres of an octave start this fraction of its mean diameter apart, as long as there is room: only
@@ -48,10 +49,10 @@ def assign_starts(
     place: tuple[Any, ...] = (points, seams.period, *point_grid(points, seams.low, seams.period))
     closed = np.zeros(len(points), bool)
     largest = float(radius.max())
-    octave = np.floor(np.log2(largest / radius) + 1e-9).astype(np.int64)
+    octave = octaves(largest / radius)
     position_large, radius_large = seams.wrapped(position_fixed), radius_fixed
     for number in np.unique(octave):
-        members, edge = np.flatnonzero(octave == number), largest * 0.5**number
+        members, edge = np.flatnonzero(octave == number), largest * 0.5 ** int(number)
         # What is hardly larger than a newcomer is a neighbour like any other.
         large = radius_large > 1.5 * edge
         close_points(position_large[large], radius_large[large] + 0.5 * edge, closed, *place)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ from packgen.arrange.kernels.walls import (
 from packgen.arrange.seams import NO_SEAMS, Seams
 from packgen.arrays import Float64Array, Int32Array, Int64Array, unique_rows
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
+from packgen.portable import cube_root
 
 MAP_CELLS_MAX = 300_000
 MESH_MAP_CELLS_MAX = 4_000_000
@@ -98,7 +100,7 @@ def _map_grid(
     extent = bounds[1] - bounds[0]
     # Many triangles: finer cells, so that a sphere looks at few that it cannot touch.
     wanted, most = (1.5, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
-    size = max(wanted * radius_max, float(np.cbrt(np.prod(extent) / most)))
+    size = max(wanted * radius_max, cube_root(float(np.prod(extent)) / most))
     return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
 
 
@@ -137,10 +139,10 @@ def _simple_features(
 
 def _cone_features(cone: Cone) -> list[tuple[int, Float64Array]]:
     slope = cone.radius_top - cone.radius_bottom
-    length = float(np.hypot(cone.height, slope))
+    length = math.sqrt(cone.height * cone.height + slope * slope)
     cosine, sine = cone.height / length, slope / length
     lateral = np.concatenate([cone.base, cone.axis, [cone.radius_bottom, cosine, sine]])
-    low = float(cone.axis @ cone.base)
+    low = float((cone.axis * cone.base).sum())
     ends = [np.append(-cone.axis, -low), np.append(cone.axis, low + cone.height)]
     return [(CONE, lateral), *((PLANE, end) for end in ends)]
 

@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 from packgen.arrays import Float64Array
 from packgen.errors import GeometryError
 from packgen.geometry import Mesh, Polyhedron, Surface
+from packgen.portable import components, length, scalar_power
 
 FLATNESS = 1.0e-6
 """Corners this close to a hull plane (as a fraction of the extent) lie on it: float32 files round by 1e-7."""
@@ -28,7 +29,7 @@ FLAT = 1.0e-9
 def enclosed_volume(vertices: Float64Array, faces: np.ndarray) -> float:
     """Return the signed volume inside a closed surface [m3], by the divergence theorem."""
     corners = vertices[faces] - vertices.mean(axis=0)
-    return float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0)
+    return float((corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,7 +59,7 @@ class Hull:
         if planes is None:
             return Mesh(surface)
         normal, offset = planes
-        return Polyhedron(normal, offset + normal @ self.middle, surface)
+        return Polyhedron(normal, offset + components(normal, self.middle), surface)
 
 
 def convex_hull(vertices: Float64Array, place: str) -> Hull:
@@ -76,7 +77,7 @@ def convex_hull(vertices: Float64Array, place: str) -> Hull:
     centred = vertices - middle
     try:
         hull = ConvexHull(centred, qhull_options="Qt" if len(vertices) <= EXACT_MAX else "QJ")
-        flat = hull.volume < FLAT * float(np.ptp(centred, axis=0).max()) ** 3
+        flat = hull.volume < FLAT * scalar_power(float(np.ptp(centred, axis=0).max()), 3)
     except QhullError:
         flat = True
     if flat:
@@ -104,8 +105,8 @@ def _main_planes(hull: ConvexHull, vertices: Float64Array) -> tuple[Float64Array
             continue
         if len(offsets) == PLANES_MAX:
             return None
-        normal = hull.equations[facet, :3] / np.linalg.norm(hull.equations[facet, :3])
-        height = vertices @ normal
+        normal = hull.equations[facet, :3] / length(hull.equations[facet, :3])
+        height = components(vertices, normal)
         top = float(height[hull.simplices[facet]].min())
         covered |= (height > top - 0.5 * slack)[hull.simplices].all(axis=1)
         covered[facet] = True
@@ -119,7 +120,7 @@ def _outward(surface: Surface) -> Surface:
     corners = surface.vertices[surface.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     away = corners.mean(axis=1) - surface.vertices.mean(axis=0)
-    flip = np.einsum("ij,ij->i", normal, away) < 0
+    flip = (normal * away).sum(axis=1) < 0.0
     faces = np.where(flip[:, None], surface.faces[:, ::-1], surface.faces)
     return Surface(surface.vertices, faces)
 

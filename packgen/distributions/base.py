@@ -10,6 +10,7 @@ import numpy as np
 from typing_extensions import override
 
 from packgen.arrays import Float64Array
+from packgen.portable import cube
 
 __all__ = ["UNIT_VOLUME", "Distribution", "ParameterError", "StepLaw", "check_bounds", "clipped"]
 
@@ -96,7 +97,7 @@ class StepLaw(Distribution):
 
     @override
     def mean_volume(self) -> float:
-        return UNIT_VOLUME * float(self.number @ self.radius**3)
+        return UNIT_VOLUME * float((self.number * cube(self.radius)).sum())
 
     @override
     def cumulative_number(self, radius: Float64Array) -> Float64Array:
@@ -104,7 +105,7 @@ class StepLaw(Distribution):
 
     @override
     def cumulative_mass(self, radius: Float64Array) -> Float64Array:
-        return self._steps(self.number * self.radius**3, radius)
+        return self._steps(self.number * cube(self.radius), radius)
 
     @override
     def quantile(self, share: Float64Array) -> Float64Array:

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from typing_extensions import override
 
+from packgen import portable
 from packgen.arrays import Float64Array, Int64Array
 from packgen.distributions.base import UNIT_VOLUME, Distribution, ParameterError, check_bounds, clipped
 
@@ -69,7 +70,7 @@ class RosinRammler(Distribution):
             raise ParameterError((("exponent",), self.exponent, expected))
         low, high = self._reduced(np.array(self.radius_bounds))
         # In reduced mass t = (r / radius_63)^exponent, the mass density is exp(-t).
-        if not math.exp(-min(low, 1e3)) - math.exp(-min(high, 1e3)) > 1.0e-9:
+        if not portable.exp(-low) - portable.exp(-high) > 1.0e-9:
             key = "radius_min" if low > 1.0 else "radius_max"
             expected = "bounds between which at least a billionth of the mass is"
             raise ParameterError(((key,), getattr(self, key), expected))
@@ -81,21 +82,21 @@ class RosinRammler(Distribution):
 
     @override
     def mean_volume(self) -> float:
-        return UNIT_VOLUME * self.radius_63**3 / float(self._panels.below[-1])
+        return UNIT_VOLUME * portable.scalar_power(self.radius_63, 3) / float(self._panels.below[-1])
 
     @override
     def cumulative_mass(self, radius: Float64Array) -> Float64Array:
         low, high = self._reduced(np.array(self.radius_bounds))
         inside = self._reduced(clipped(radius, *self.radius_bounds))
-        return np.asarray(np.expm1(low - inside) / np.expm1(low - high) + 0.0)
+        return np.asarray(portable.expm1(low - inside) / portable.expm1(low - high) + 0.0)
 
     @override
     def cumulative_number(self, radius: Float64Array) -> Float64Array:
         table = self._panels
-        inside = np.log(clipped(radius, *self.radius_bounds))
+        inside = portable.log(clipped(radius, *self.radius_bounds))
         panel = _panel(table.node, inside)
         part = (inside - table.node[panel]) / (table.node[panel + 1] - table.node[panel])
-        share = np.expm1(table.slope[panel] * part) / np.expm1(table.slope[panel])
+        share = portable.expm1(table.slope[panel] * part) / portable.expm1(table.slope[panel])
         return clipped((table.below[panel] + share * table.count[panel]) / table.below[-1], 0.0, 1.0)
 
     @override
@@ -105,13 +106,12 @@ class RosinRammler(Distribution):
         panel = _panel(table.below, wanted)
         count = np.where(table.count[panel] > 0.0, table.count[panel], 1.0)
         part = clipped((wanted - table.below[panel]) / count, 0.0, 1.0)
-        part = np.log1p(part * np.expm1(table.slope[panel])) / table.slope[panel]
-        radius = np.exp(table.node[panel] + part * (table.node[panel + 1] - table.node[panel]))
+        part = portable.log1p(part * portable.expm1(table.slope[panel])) / table.slope[panel]
+        radius = portable.exp(table.node[panel] + part * (table.node[panel + 1] - table.node[panel]))
         return clipped(radius, *self.radius_bounds)
 
     def _reduced(self, radius: Float64Array) -> Float64Array:
-        with np.errstate(over="ignore"):
-            return np.asarray((radius / self.radius_63) ** self.exponent)
+        return portable.power(radius / self.radius_63, self.exponent)
 
     @cached_property
     def _panels(self) -> _Panels:
@@ -120,9 +120,9 @@ class RosinRammler(Distribution):
         point, weight = np.polynomial.legendre.leggauss(8)
         width = np.diff(node)
         inner = node[:-1, None] + 0.5 * width[:, None] * (1.0 + point)
-        count = 0.5 * width * (self._number_density(inner) @ weight)
+        count = 0.5 * width * (self._number_density(inner) * weight).sum(axis=-1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope = np.diff(np.log(self._number_density(node)))
+            slope = np.diff(portable.log(self._number_density(node)))
         slope = np.clip(np.nan_to_num(slope, nan=0.0), -500.0, 500.0)
         # expm1(s x) / expm1(s) tends to x; a slope of exactly 0 would divide by it.
         slope = np.where(np.abs(slope) < 1.0e-9, 1.0e-9, slope)
@@ -130,11 +130,11 @@ class RosinRammler(Distribution):
 
     def _nodes(self) -> Float64Array:
         """Return panel bounds in ln(r), even both in ln(r) and in mass, so that no peak is missed."""
-        low, high = np.log(self.radius_bounds)
+        low, high = portable.log(np.array(self.radius_bounds))
         reduced_low, reduced_high = self._reduced(np.array(self.radius_bounds))
         share = np.linspace(0.0, 1.0, PANELS + 1)[1:-1]
-        reduced = reduced_low - np.log1p(share * np.expm1(reduced_low - reduced_high))
-        by_mass = math.log(self.radius_63) + np.log(reduced) / self.exponent
+        reduced = reduced_low - portable.log1p(share * portable.expm1(reduced_low - reduced_high))
+        by_mass = portable.log(np.array(self.radius_63)) + portable.log(reduced) / self.exponent
         inside = by_mass[(by_mass > low) & (by_mass < high)]
         node = np.unique(np.concatenate([np.linspace(low, high, PANELS + 1), inside]))
         apart = np.diff(node) > 1.0e-15 * max(abs(low), abs(high), 1.0)
@@ -142,12 +142,12 @@ class RosinRammler(Distribution):
 
     def _number_density(self, log_radius: Float64Array) -> Float64Array:
         """Return spheres per unit of ln(r) and of reduced volume (radius_63^3)."""
-        ratio = log_radius - math.log(self.radius_63)
+        ratio = log_radius - portable.log(np.array(self.radius_63))
         low, high = self._reduced(np.array(self.radius_bounds))
-        with np.errstate(over="ignore", under="ignore"):
-            reduced = np.exp(self.exponent * ratio)
-            log_density = math.log(self.exponent) + (self.exponent - 3.0) * ratio - (reduced - low)
-            return np.asarray(np.exp(log_density) / -np.expm1(low - high))
+        reduced = portable.exp(self.exponent * ratio)
+        log_exponent = portable.log(np.array(self.exponent))
+        log_density = log_exponent + (self.exponent - 3.0) * ratio - (reduced - low)
+        return np.asarray(portable.exp(log_density) / -portable.expm1(low - high))
 
 
 class Sieve(Distribution):
@@ -172,7 +172,7 @@ class Sieve(Distribution):
         if diameter[0] > diameter[-1]:
             diameter, fraction = diameter[::-1], fraction[::-1]
         if fraction[0] > 0.0:
-            diameter = np.concatenate([[diameter[0] ** 2 / diameter[1]], diameter])
+            diameter = np.concatenate([[diameter[0] * diameter[0] / diameter[1]], diameter])
             fraction = np.concatenate([[0.0], fraction])
         self._diameter = diameter
         self._passing = fraction / fraction[-1]
@@ -204,7 +204,7 @@ class Sieve(Distribution):
         diameter = np.clip(2.0 * np.asarray(radius), self._diameter[0], self._diameter[-1])
         panel = _panel(self._diameter, diameter)
         low, high = self._diameter[panel], self._diameter[panel + 1]
-        part = (low**-2.0 - diameter**-2.0) / (low**-2.0 - high**-2.0)
+        part = (1.0 / low**2 - 1.0 / diameter**2) / (1.0 / low**2 - 1.0 / high**2)
         return np.asarray(
             (self._below[panel] + part * (self._below[panel + 1] - self._below[panel])) / self._below[-1]
         )
@@ -218,7 +218,7 @@ class Sieve(Distribution):
         part = np.clip(
             (wanted - self._below[panel]) / (self._below[panel + 1] - self._below[panel]), 0.0, 1.0
         )
-        diameter = (low**-2.0 - part * (low**-2.0 - high**-2.0)) ** -0.5
+        diameter = 1.0 / np.sqrt(1.0 / low**2 - part * (1.0 / low**2 - 1.0 / high**2))
         return np.asarray(np.clip(diameter, low, high) / 2.0)
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from typing_extensions import override
 
+from packgen import portable
 from packgen.arrays import Float64Array
 from packgen.distributions.base import (
     UNIT_VOLUME,
@@ -75,7 +76,7 @@ class Uniform(Distribution):
     @override
     def mean_volume(self) -> float:
         low, high = self.radius_min, self.radius_max
-        return UNIT_VOLUME * (low + high) * (low**2 + high**2) / 4.0
+        return UNIT_VOLUME * (low + high) * (low * low + high * high) / 4.0
 
     @override
     def cumulative_number(self, radius: Float64Array) -> Float64Array:
@@ -116,6 +117,10 @@ class _Gaussian(Distribution):
         """Return the integral of r^3 over the normal density, from the lower bound to each score."""
         raise NotImplementedError
 
+    def _mass_of_all(self) -> float:
+        """Return that integral up to the upper bound, with the same digits on every machine."""
+        raise NotImplementedError
+
     @property
     def _scores(self) -> tuple[float, float]:
         low, high = (float(each) for each in self._score(np.array(self.radius_bounds)))
@@ -134,8 +139,8 @@ class _Gaussian(Distribution):
     @override
     def mean_volume(self) -> float:
         low, high = self._scores
-        mass = float(self._mass_below(np.array([high]))[0])
-        return UNIT_VOLUME * mass / float(_integral(np.array(high)) - _integral(np.array(low)))
+        number = portable.normal_integral(high) - portable.normal_integral(low)
+        return UNIT_VOLUME * self._mass_of_all() / number
 
     @override
     def cumulative_number(self, radius: Float64Array) -> Float64Array:
@@ -151,10 +156,8 @@ class _Gaussian(Distribution):
 
     @override
     def quantile(self, share: Float64Array) -> Float64Array:
-        from scipy.special import ndtri
-
-        low, high = _integral(np.array(self._scores))
-        radius = self._radius(ndtri(low + share * (high - low)))
+        low, high = (portable.normal_integral(score) for score in self._scores)
+        radius = self._radius(portable.normal_quantile(low + share * (high - low)))
         return clipped(radius, *self.radius_bounds)
 
 
@@ -199,12 +202,15 @@ class Normal(_Gaussian):
         below = np.concatenate([[0.0], np.cumsum(self._mass_between(edge[:-1], edge[1:]))])
         return np.asarray(below[panel] + self._mass_between(edge[panel], inside))
 
+    def _mass_of_all(self) -> float:
+        return float(self._mass_below(np.array([self._scores[1]]))[0])
+
     def _mass_between(self, low: Float64Array, high: Float64Array) -> Float64Array:
         """Return the integral of r^3 over the normal density between scores a panel apart; (n,) each."""
         point, weight = np.polynomial.legendre.leggauss(8)
         half = 0.5 * (high - low)
         score = (low + half)[..., None] + half[..., None] * point
-        return np.asarray(half * ((_density(score) * self._radius(score) ** 3) @ weight))
+        return np.asarray(half * (_density(score) * portable.cube(self._radius(score)) * weight).sum(axis=-1))
 
 
 @dataclass(frozen=True)
@@ -232,20 +238,30 @@ class Lognormal(_Gaussian):
     @property
     @override
     def radius_bounds(self) -> tuple[float, float]:
-        factor = math.exp(CUT * self.sigma)
+        factor = float(portable.exp(np.array(CUT * self.sigma)))
         low = self.radius_median / factor if self.radius_min is None else self.radius_min
         return low, self.radius_median * factor if self.radius_max is None else self.radius_max
 
     def _score(self, radius: Float64Array) -> Float64Array:
-        return np.asarray(np.log(np.asarray(radius) / self.radius_median) / self.sigma)
+        return portable.log(np.asarray(radius) / self.radius_median) / self.sigma
 
     def _radius(self, score: Float64Array) -> Float64Array:
-        return np.asarray(self.radius_median * np.exp(self.sigma * score))
+        return self.radius_median * portable.exp(self.sigma * score)
 
     def _mass_below(self, score: Float64Array) -> Float64Array:
-        scale = self.radius_median**3 * math.exp(4.5 * self.sigma**2)
         shift = 3.0 * self.sigma
-        return np.asarray(scale * (_integral(score - shift) - _integral(np.array(self._scores[0] - shift))))
+        part = _integral(score - shift) - _integral(np.array(self._scores[0] - shift))
+        return np.asarray(self._mass_scale * part)
+
+    def _mass_of_all(self) -> float:
+        low, high = (score - 3.0 * self.sigma for score in self._scores)
+        return self._mass_scale * (portable.normal_integral(high) - portable.normal_integral(low))
+
+    @property
+    def _mass_scale(self) -> float:
+        """Integral of r^3 over the whole law before truncation [m3]."""
+        growth = float(portable.exp(np.array(4.5 * self.sigma * self.sigma)))
+        return portable.scalar_power(self.radius_median, 3) * growth
 
 
 def _integral(score: Float64Array) -> Float64Array:
@@ -257,4 +273,4 @@ def _integral(score: Float64Array) -> Float64Array:
 
 def _density(score: Float64Array) -> Float64Array:
     """Return the standard normal density at each score."""
-    return np.asarray(np.exp(-0.5 * score**2) / math.sqrt(2.0 * math.pi))
+    return portable.exp(-0.5 * score * score) / math.sqrt(2.0 * math.pi)

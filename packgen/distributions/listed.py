@@ -12,6 +12,7 @@ from typing_extensions import override
 
 from packgen.arrays import Float64Array
 from packgen.distributions.base import ParameterError, StepLaw
+from packgen.portable import cube
 
 __all__ = ["Discrete", "Listed"]
 
@@ -50,7 +51,7 @@ class Discrete(StepLaw):
             twice = float(radius[np.flatnonzero(np.diff(radius) == 0.0)[0]])
             raise ParameterError((("radii",), twice, "each radius once"))
         # Ratios, not cubes of lengths: a cubed radius may leave float64's range.
-        number = fraction[order] / (radius / radius[0]) ** 3 if by == "mass" else fraction[order]
+        number = fraction[order] / cube(radius / radius[0]) if by == "mass" else fraction[order]
         self.radius = radius
         self.number = number / number.sum()
 

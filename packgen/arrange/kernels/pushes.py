@@ -12,6 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+PARTING_X, PARTING_Y = 0.7548776662466927, 0.5698402909980532
+"""Steps of an even sequence in the plane: powers of the plastic number, the root of x^3 = x + 1."""
+
 
 @njit(cache=True, error_model="numpy")
 def touching_pairs(
@@ -42,6 +45,13 @@ def touching_pairs(
         touching[np.uint64(count)] = k
         count += dx * dx + dy * dy + dz * dz < reach * reach
     return count
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def parting(i: int, j: int) -> tuple[float, float, float]:
+    """Return a direction along which the coincident spheres i and j part, by their numbers."""
+    across, along = PARTING_X * (i + j), PARTING_Y * (i + j)
+    return across - math.floor(across) - 0.5, along - math.floor(along) - 0.5, 0.5 - (i & 1)
 
 
 @njit(cache=True, error_model="numpy")
@@ -81,9 +91,8 @@ def push_pairs(
             worst = overlap / smaller
         if distance < 1e-9 * reach:
             # Coincident centres have no normal: part them along a direction of their own numbers.
-            angle = 2.399963229728653 * (owner[k] + neighbor[k])
-            dx, dy, dz = math.cos(angle), math.sin(angle), 0.5 - (owner[k] & 1)
-            distance = math.sqrt(1.25)
+            dx, dy, dz = parting(owner[k], neighbor[k])
+            distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         push = overlap / (distance * (lightness[i] + lightness[j]))
         own, back = push * lightness[i], push * lightness[j]
         shift[i, 0] += own * dx

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from packgen.arrange.kernels.pushes import parting
+
 
 @njit(cache=True, error_model="numpy")
 def push_seam_pairs(
@@ -46,9 +48,8 @@ def push_seam_pairs(
         worst = max(worst, overlap / min(ball[i, 3], ball[j, 3]))
         if distance < 1e-9 * reach:
             # Coincident: part them along a direction of their own numbers, as all other pairs.
-            angle = 2.399963229728653 * (i + j)
-            dx, dy, dz = math.cos(angle), math.sin(angle), 0.5 - (i & 1)
-            distance = math.sqrt(1.25)
+            dx, dy, dz = parting(i, j)
+            distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         push = overlap / (distance * (lightness[i] + lightness[j]))
         own, back = push * lightness[i], push * lightness[j]
         shift[i, 0] += own * dx

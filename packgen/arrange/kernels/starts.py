@@ -33,7 +33,9 @@ def point_grid(points: NDArray[np.float64], low: NDArray[np.float64], period: ND
     volume = 1.0
     for axis in range(3):
         volume *= max(extent[axis], 1e-3 * longest)
-    width = (POINTS_A_CELL * volume / count) ** (1.0 / 3.0)
+    width = longest
+    while width * width * width * count > POINTS_A_CELL * volume:
+        width *= 0.8
     cells, size = np.empty(3, np.int64), np.empty(3)
     for axis in range(3):
         cells[axis] = max(int(extent[axis] / width), 1)
