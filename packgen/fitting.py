@@ -1,8 +1,8 @@
 """Spheres whose volumes or masses add up to what a zone asks for, each set keeping its share.
 
-The shares come first, exact to the sphere. By number, the counts are those of a total; by volume or mass, each
-set has an amount of its own. Then spheres are exchanged within their sets, drawn ones for spare ones of the
-same law, until the sum is met or no exchange comes nearer.
+The shares come first, exact to the sphere. By number, the counts are those of a total; by volume or mass,
+each set has an amount of its own. Then spheres are exchanged within their sets, drawn ones for spare ones of
+the same law, until the sum is met or no exchange comes nearer.
 """
 
 from __future__ import annotations
@@ -19,11 +19,14 @@ from packgen.shares import largest_remainders
 __all__ = ["Pool", "SumFit", "fit_by_amount", "fit_by_number"]
 
 EXCHANGED_SHARE, EXCHANGES_MIN, EXCHANGES_MAX = 0.05, 4, 64
-"""Share of the spheres that are exchanged at most, and bounds of that number: the sizes stay those of the law,
-of which the exchanges that come nearest to a sum would take the largest or the smallest only."""
+"""Share of the spheres that are exchanged at most, and bounds of that number: the sizes stay those of the
+law. Many exchanges towards one sum would take its largest spheres only, or its smallest."""
 
 TOTALS_MIN = 8
-"""Totals that are looked at above and below the expected one, at least, and twice as many as there are sets."""
+"""Totals that are looked at above and below the expected one, at least; two more for each set."""
+
+TOLD = 1.0e-6
+"""Share of an amount below which a sum counts as met: of broad laws the smallest sphere is far less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,17 +38,19 @@ class SumFit:
         wanted: The amount asked for [m3 or kg].
         found: The sum of the spheres drawn [m3 or kg].
         limit: Half the smallest sphere: no nearer can be asked of whole spheres [m3 or kg].
+        shared: Whether several sets share the sum.
     """
 
     by: str
     wanted: float
     found: float
     limit: float
+    shared: bool = False
 
     @property
     def missed(self) -> bool:
-        """Whether the sum is off by more than half the smallest sphere."""
-        return abs(self.found - self.wanted) > self.limit * (1.0 + 1e-9)
+        """Whether the sum is off by more than half the smallest sphere, and by more than a millionth."""
+        return abs(self.found - self.wanted) > max(self.limit * (1.0 + 1e-9), TOLD * self.wanted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +93,12 @@ class Pool:
         self._keep = np.ones(count, dtype=bool)
         self._usable = np.ones(len(self.radius) - count, dtype=bool)
         self._added: list[int] = []
+
+    def choose_sum(self, wanted: float) -> None:
+        """Choose as many of the first spheres as come nearest to an amount [m3 or kg]; some stay spare."""
+        most = len(self.weight) if self._once else (len(self.weight) + self._first) // 2
+        sums = np.concatenate([[0.0], np.cumsum(self.weight[:most])])
+        self.choose(int(np.argmin(np.abs(sums - wanted))))
 
     @property
     def chosen(self) -> Float64Array:
@@ -168,9 +179,12 @@ def fit_by_amount(pools: Sequence[Pool], wanted: Float64Array) -> None:
         wanted: Amount of each [m3 or kg], shape (sets,); 0 or less than half a sphere: none of it.
     """
     used = [(pool, float(amount)) for pool, amount in zip(pools, wanted, strict=True) if amount > 0.0]
+    alone = len(used) == 1
     for pool, amount in used:
+        if not alone:
+            pool.choose_sum(amount)
         pool.fit(amount)
-    if len(used) > 1:
+    if not alone:
         limit = 0.5 * min(pool.smallest for pool, _ in used) / len(used)
         for pool, amount in used:
             _exchange([pool], amount, limit)

@@ -172,7 +172,7 @@ class Supply:
         return self._mixed(counts, [self._radii(index, int(each)) for index, each in enumerate(counts)])
 
     def _draw_sum(self, zone: Amount, by: str, wanted: float, count: int) -> Draw:
-        """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted; the sets keep their shares.
+        """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, each set with its share.
 
         About the right number is drawn, and spare ones. One set alone meets the sum to half its smallest
         sphere.
@@ -184,13 +184,17 @@ class Supply:
         else:
             fit_by_amount(pools, set_amounts(zone, self._sets))
         smallest = min(pools[each].smallest for each in used)
-        self.fit = SumFit(by, wanted, sum(pool.total for pool in pools), 0.5 * smallest)
+        self.fit = SumFit(by, wanted, sum(pool.total for pool in pools), 0.5 * smallest, len(used) > 1)
         radii = [pool.chosen for pool in pools]
         return self._mixed(np.array([len(each) for each in radii]), radii)
 
     def _pools(self, by: str, counts: Int64Array) -> list[Pool]:
         """Draw so many spheres of each set, and spare ones."""
-        reserve = np.where(self.shares > 0.0, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
+        used = self.shares > 0.0
+        reserve = np.where(used, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
+        if used.sum() > 1:
+            # Of a broad law the spheres drawn are far from the expected sum: the count has to give way.
+            reserve = np.where(used, np.maximum(BLOCK, counts // 2), 0)
         pools = []
         for index, each in enumerate(self._sets):
             law, count = each.distribution, int(counts[index])

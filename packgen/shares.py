@@ -127,7 +127,7 @@ def largest_remainder(share: Float64Array, count: int) -> Int64Array:
     Returns:
         Whole numbers that add up to ``count``, shape (S,), int64; a share of 0 gets 0.
     """
-    return largest_remainders(share, np.array([count]))[0]
+    return np.asarray(largest_remainders(share, np.array([count]))[0])
 
 
 def largest_remainders(share: Float64Array, counts: Int64Array) -> Int64Array:
@@ -174,4 +174,4 @@ def reached_amounts(bed: Bed, zone: int, by: str) -> tuple[Float64Array, Float64
         weight = weight * np.array([each.density for each in bed.particle_sets])[set_index]
     largest = np.zeros(len(bed.particle_sets))
     np.maximum.at(largest, set_index, weight)
-    return np.bincount(set_index, weight, len(bed.particle_sets)), largest
+    return np.bincount(set_index, weight, len(bed.particle_sets)).astype(np.float64), largest
