@@ -112,11 +112,12 @@ def test_python_is_told_of_zones_that_nothing_holds(tmp_path):
     assert "nothing holds it up" in line
 
 
-def test_what_is_told_before_the_run_is_among_the_warnings_too(tmp_path):
-    scene, vessel = read_scene(
-        tmp_path, box([0, 0, 0], [60, 60, 60]), constant(0.01), zones=[{"n_particles": 5}]
-    )
+def test_what_is_told_before_the_run_is_among_the_warnings_too(tmp_path, monkeypatch):
+    def with_a_doubt(scene, container, warn):
+        warn("these units look odd")
+        return ((),)
+
+    monkeypatch.setattr("packgen.arrange.pack.checked_locations", with_a_doubt)
+    scene, vessel = read_scene(tmp_path, CUBE, constant(0.1), zones=[{"n_particles": 5}])
     told: list[str] = []
-    result = pack(scene, vessel, warn=told.append)
-    assert told
-    assert list(result.warnings) == told
+    assert pack(scene, vessel, warn=told.append).warnings == tuple(told) == ("these units look odd",)
