@@ -149,20 +149,22 @@ def _sideways(
 def _falls_beside(bed: Bed, zone: int, side: _Side) -> Float64Array:
     """Return how far spheres fall once they have slid out of a zone's side [m]; 0 where they cannot, (n,)."""
     position, radius, outward = side.position, side.radius, side.outward
-    way = FALL * 2.0 * float(bed.radius.max())
-    steps = way * np.arange(1, FALL_STEPS + 1) / FALL_STEPS
+    own = bed.radius[bed.zone_index == zone]
+    # A gap that few spheres fit into is a wall's; the hollows between other spheres are as deep as these.
+    gap = FALL * 2.0 * float((own**4).sum() / (own**3).sum())
+    hollow = FALL * 2.0 * float(bed.radius.max())
+    steps = gap * np.arange(1, FALL_STEPS + 1) / FALL_STEPS
     along = (position[:, None] + steps[:, None] * outward[:, None]).reshape(-1, 3)
     clearance = wall_clearance(bed.container, along, np.repeat(radius, FALL_STEPS))
     free = (clearance.reshape(-1, FALL_STEPS) >= 0.9 * radius[:, None]).all(axis=1)
     fall = np.zeros(len(radius))
     if not free.any():
         return fall
-    others = _others(bed, zone, way + 2.0 * float(bed.radius.max()))
+    others = _others(bed, zone, hollow + 2.0 * float(bed.radius.max()))
     index = np.flatnonzero(free)
-    index = index[~_met(position[index], radius[index], outward[index], way, *others)]
-    slid = _in_the_cell(bed.container, position[index] + way * outward[index])
-    limit = STACK * 2.0 * float(bed.radius.max())
-    fall[index] = falls(bed, slid, radius[index], others, limit)
+    index = index[~_met(position[index], radius[index], outward[index], hollow, *others)]
+    slid = _in_the_cell(bed.container, position[index] + gap * outward[index])
+    fall[index] = falls(bed, slid, radius[index], others, STACK * 2.0 * float(bed.radius.max()))
     return fall
 
 

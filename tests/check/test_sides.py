@@ -88,6 +88,13 @@ def test_a_gap_too_narrow_to_be_filled_is_no_free_side():
         assert bool(free_standing_zones(bed, [(COLUMN,)])) == free
 
 
+def test_a_few_large_spheres_do_not_make_a_wide_gap_narrow():
+    radius = np.full(250, R)
+    radius[125] = 0.19  # of a sphere somewhere inside: its size alone counts here
+    bed = make_bed(block([5, 5, 10]), radius, box_container([0, 0, 0], [1.5, 1, 2]))
+    assert len(free_standing_zones(bed, [(COLUMN,)])) == 1
+
+
 @pytest.mark.parametrize(
     "shape",
     [
