@@ -13,7 +13,7 @@ from packgen.check.sides import free_standing_zones
 from packgen.check.support import hanging_zones
 from packgen.fitting import SumFit
 from packgen.geometry import Shape, Slice
-from packgen.shares import mean_weights, reached_amounts
+from packgen.shares import mean_weights, number_shares, reached_amounts
 
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
@@ -22,6 +22,9 @@ __all__ = ["PackedZone", "remarks"]
 
 SHARE_ERROR = 0.005
 """Share of a set in a zone that may be missing, or too much, however many spheres the zone has."""
+
+FEW = 200
+"""Spheres of a zone below which the volumes and masses of its sets are those of single spheres, as drawn."""
 
 UNITS = {"volume": "m3", "mass": "kg"}
 
@@ -137,7 +140,8 @@ def _off_shares(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> list[str
     for index, (spec, zone) in enumerate(zip(scene.zones, zones, strict=True)):
         amount, largest = reached_amounts(bed, index, spec.proportions_by)
         asked = np.array(spec.set_proportions)
-        if zone.placed == 0 or _as_whole_spheres_allow(spec, scene, amount, largest):
+        counts, _ = reached_amounts(bed, index, "number")
+        if zone.placed == 0 or _as_whole_spheres_allow(spec, scene, counts, amount, largest):
             continue
         shares = [", ".join(f"{each:.3f}" for each in part) for part in (amount / amount.sum(), asked)]
         why = (
@@ -153,16 +157,18 @@ def _off_shares(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> list[str
 
 
 def _as_whole_spheres_allow(
-    zone: ZoneSpec, scene: Scene, amount: Float64Array, largest: Float64Array
+    zone: ZoneSpec, scene: Scene, counts: Float64Array, amount: Float64Array, largest: Float64Array
 ) -> bool:
     """Tell whether the sets of a zone are as near to their shares as whole spheres can be.
 
     Counts may be rounded up or down. A sum of volumes or masses leaves half a sphere of each set open, a
-    number a whole one; the total that the shares are taken of is then as uncertain.
+    number a whole one; the total that the shares are taken of is then as uncertain. Without a sum spheres are
+    drawn by number, and a few of a broad law are no fair sample of its volume.
 
     Args:
         zone: The zone.
         scene: Its scene.
+        counts: Number of spheres of each set, shape (sets,).
         amount: Number, volume [m3] or mass [kg] of each set, shape (sets,).
         largest: The largest sphere of each, in the same unit, shape (sets,); 0 where there is none.
     """
@@ -171,8 +177,16 @@ def _as_whole_spheres_allow(
     if off.max() <= SHARE_ERROR * amount.sum():
         return True
     if by == "number":
-        return bool((off < 1.0 - 1e-9).all())
+        return _rounded(share, amount)
+    summed = zone.volume is not None or zone.mass is not None
+    if not summed and counts.sum() < FEW and _rounded(number_shares(zone, scene.particle_sets), counts):
+        return True
     sphere = np.where(share > 0.0, np.maximum(largest, mean_weights(by, scene.particle_sets)), 0.0)
-    open_part = sphere if zone.volume is None and zone.mass is None else 0.5 * sphere
+    open_part = 0.5 * sphere if summed else sphere
     slack = (1.0 - share) * open_part + share * (open_part.sum() - open_part)
     return bool((off <= slack * (1.0 + 1e-9)).all())
+
+
+def _rounded(share: Float64Array, counts: Float64Array) -> bool:
+    """Tell whether counts are their shares of the total, rounded up or down."""
+    return bool((np.abs(counts - share * counts.sum()) < 1.0 - 1e-9).all())

@@ -76,6 +76,18 @@ def test_masses_are_held_against_a_sphere_of_each_set(tmp_path, counts, amount, 
     assert bool(lines) != fair
 
 
+def test_a_few_spheres_of_a_broad_law_are_judged_by_their_number(tmp_path):
+    # Of the law's spheres large ones came: the mass is off, but the counts are those of the shares.
+    broad = {"radius_distribution": "lognormal", "radius_median": 0.01, "sigma": 0.8}
+    scene, vessel = read_scene(
+        tmp_path,
+        CUBE,
+        [broad, constant(0.02)],
+        zones=[HALVES | {"n_particles": 12, "proportions_by": "mass"}],
+    )
+    assert pack(scene, vessel).warnings == ()
+
+
 def test_a_share_too_small_for_a_sphere_is_told(tmp_path):
     (line,) = said(tmp_path, (1, 0), asked=1, drawn=(1, 0), n_particles=1)
     assert re.search(
