@@ -15,9 +15,18 @@ import numpy as np
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
 from packgen.distributions import UNIT_VOLUME, Listed
 from packgen.errors import PackingError
+from packgen.fitting import Pool, SumFit, fit_by_amount, fit_by_number
 from packgen.mixtures import mixed_order, mixture_fraction, size_classes
 from packgen.portable import cube, cube_root, whole_power
-from packgen.shares import Amount, SizedSet, expected_count, largest_remainder, mean_weights, number_shares
+from packgen.shares import (
+    Amount,
+    SizedSet,
+    expected_count,
+    largest_remainder,
+    mean_weights,
+    number_shares,
+    set_amounts,
+)
 
 __all__ = ["Draw", "Supply"]
 
@@ -59,6 +68,8 @@ class Supply:
         radius_min: Smallest radius that will come [m].
         radius_max: Largest radius that will come [m].
         shares: Share of each set by number, shape (sets,).
+        counts: Number of spheres of each set, shape (sets,), int64; None where ``asked`` is.
+        fit: How closely the spheres add up to the volume or mass asked for; None: to none.
     """
 
     def __init__(self, zone: Amount, particle_sets: Sequence[SizedSet], rng: np.random.Generator) -> None:
@@ -77,7 +88,9 @@ class Supply:
         self._count_by_set = np.zeros(len(self._sets), dtype=np.int64)
         self._stock = [np.empty(0) for _ in self._sets]
         self._queue: deque[Draw] = deque()
+        self.fit: SumFit | None = None
         draw = self._draw_amount(zone)
+        self.counts = None if draw is None else np.bincount(draw.set_index, minlength=len(self._sets))
         self.asked = None if draw is None else len(draw.radius)
         self.drawn_count = self.asked or 0
         if draw is not None:
@@ -142,7 +155,9 @@ class Supply:
             return self._draw_count(zone.n_particles)
         if expected is not None:
             wanted = zone.volume if zone.volume is not None else zone.mass
-            return self._draw_sum("mass" if zone.volume is None else "volume", wanted or 0.0, round(expected))
+            return self._draw_sum(
+                zone, "mass" if zone.volume is None else "volume", wanted or 0.0, round(expected)
+            )
         lists = [
             (each.distribution.count, share)
             for each, share in zip(self._sets, self.shares, strict=True)
@@ -157,41 +172,42 @@ class Supply:
         counts = largest_remainder(self.shares, count)
         return self._mixed(counts, [self._radii(index, int(each)) for index, each in enumerate(counts)])
 
-    def _draw_sum(self, by: str, wanted: float, count: int) -> Draw:
-        """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, to half the smallest.
+    def _draw_sum(self, zone: Amount, by: str, wanted: float, count: int) -> Draw:
+        """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, each set with its share.
 
-        About the right number is drawn; then single spheres are added, taken away or exchanged (those of
-        files, and where no other one comes nearer), each time what comes nearest to what is missing.
+        About the right number is drawn, and spare ones. One set alone meets the sum to half its smallest
+        sphere.
         """
-        counts = largest_remainder(self.shares, count)
-        reserve = np.where(self.shares > 0.0, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
-        drawn, spare = [], []
+        pools = self._pools(by, largest_remainder(self.shares, count))
+        used = np.flatnonzero(self.shares > 0.0)
+        if len(used) > 1 and zone.proportions_by == "number":
+            fit_by_number([pools[each] for each in used], self.shares[used], count, wanted)
+        else:
+            fit_by_amount(pools, set_amounts(zone, self._sets))
+        smallest = min(pools[each].smallest for each in used)
+        self.fit = SumFit(by, wanted, sum(pool.total for pool in pools), 0.5 * smallest, len(used) > 1)
+        radii = [pool.chosen for pool in pools]
+        return self._mixed(np.array([len(each) for each in radii]), radii)
+
+    def _pools(self, by: str, counts: Int64Array) -> list[Pool]:
+        """Draw so many spheres of each set, and spare ones."""
+        used = self.shares > 0.0
+        reserve = np.where(used, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
+        if used.sum() > 1:
+            # Of a broad law the spheres drawn are far from the expected sum: the count has to give way.
+            reserve = np.where(used, np.maximum(BLOCK, counts // 2), 0)
+        pools = []
         for index, each in enumerate(self._sets):
-            law = each.distribution
+            law, count = each.distribution, int(counts[index])
+            density = each.density if by == "mass" else 1.0
             if isinstance(law, Listed):
                 order = self._rng.permutation(law.radius)
-                drawn.append(order[: counts[index]])
-                spare.append(order[counts[index] :] if self.shares[index] > 0.0 else order[:0])
+                order = order if self.shares[index] > 0.0 else order[:0]
+                pools.append(Pool(order[:count], order[count:], density, once=True))
             else:
-                drawn.append(self._radii(index, int(counts[index])))
-                spare.append(self._radii(index, int(reserve[index])))
-        members = _Members(self._sized(by, drawn), self._sized(by, spare), self._single_use())
-        radius, set_index = members.fitted(wanted)
-        order = mixed_order(radius, set_index, self._rng)
-        return Draw(radius[order], set_index[order])
-
-    def _single_use(self) -> Int64Array:
-        """Return the indices of the sets whose spheres exist once."""
-        lists = [index for index, each in enumerate(self._sets) if isinstance(each.distribution, Listed)]
-        return np.array(lists, dtype=np.int64)
-
-    def _sized(self, by: str, radii: list[Float64Array]) -> _Sized:
-        set_index = np.repeat(np.arange(len(radii)), [len(each) for each in radii])
-        radius = np.concatenate(radii)
-        weight = UNIT_VOLUME * cube(radius)
-        if by == "mass":
-            weight = weight * np.array([each.density for each in self._sets])[set_index]
-        return _Sized(radius, set_index, weight)
+                drawn, spare = self._radii(index, count), self._radii(index, int(reserve[index]))
+                pools.append(Pool(drawn, spare, density, once=False))
+        return pools
 
     def _draw_more(self, count: int) -> Draw:
         """Draw the next spheres of an endless zone: each set gets what it is short of."""
@@ -236,80 +252,6 @@ class Supply:
         self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)
         self._sizes = size_classes(radius.ravel(), volume.ravel())
-
-
-_Move = tuple[float, int | None, int | None]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Sized:
-    """Spheres with radius [m], set, and weight (volume [m3] or mass [kg]), shape (k,) each."""
-
-    radius: Float64Array
-    set_index: Int64Array
-    weight: Float64Array
-
-
-class _Members:
-    """Chosen spheres and spare ones, exchanged until the weights of the chosen add up."""
-
-    def __init__(self, chosen: _Sized, spare: _Sized, single_use: Int64Array) -> None:
-        self.chosen, self.spare = chosen, spare
-        self.keep = np.ones(len(chosen.weight), dtype=bool)
-        self.usable = np.ones(len(spare.weight), dtype=bool)
-        self.once = np.isin(spare.set_index, single_use)
-        self.added: list[int] = []
-
-    def fitted(self, wanted: float) -> tuple[Float64Array, Int32Array]:
-        """Return radii [m] and sets of spheres whose weights add up to ``wanted`` to half the smallest."""
-        chosen, spare = self.chosen, self.spare
-        smallest = float(min(chosen.weight.min(initial=np.inf), spare.weight.min(initial=np.inf)))
-        missing = wanted - float(chosen.weight.sum())
-        while abs(missing) > 0.5 * smallest:
-            left = self._single(missing)
-            if self.once.any() or not abs(left[0]) < abs(missing):
-                left = min((left, self._exchange(missing)), key=lambda move: abs(move[0]))
-            if not abs(left[0]) < abs(missing):
-                break  # only where spheres exist once can they run out before the sum is met
-            missing = left[0]
-            self._apply(*left[1:])
-        radius = np.concatenate([chosen.radius[self.keep], spare.radius[self.added]])
-        set_index = np.concatenate([chosen.set_index[self.keep], spare.set_index[self.added]])
-        return radius, set_index.astype(np.int32)
-
-    def _single(self, missing: float) -> _Move:
-        """Return the best addition or removal: what is missing after it, and the spheres it moves."""
-        weight, usable = (
-            (self.spare.weight, self.usable) if missing > 0.0 else (self.chosen.weight, self.keep)
-        )
-        distance = np.where(usable, np.abs(weight - abs(missing)), np.inf)
-        if not usable.any():
-            return np.inf, None, None
-        best = int(np.argmin(distance))
-        if missing > 0.0:
-            return missing - float(weight[best]), None, best
-        return missing + float(weight[best]), best, None
-
-    def _exchange(self, missing: float) -> _Move:
-        """Return the best exchange of a chosen sphere for a spare one."""
-        out, into = np.flatnonzero(self.keep), np.flatnonzero(self.usable)
-        if not len(out) or not len(into):
-            return np.inf, None, None
-        into = into[np.argsort(self.spare.weight[into], kind="stable")]
-        weight = self.spare.weight[into]
-        target = self.chosen.weight[out] + missing
-        above = np.clip(np.searchsorted(weight, target), 1 if len(weight) > 1 else 0, len(weight) - 1)
-        below = np.maximum(above - 1, 0)
-        near = np.where(np.abs(weight[above] - target) < np.abs(weight[below] - target), above, below)
-        best = int(np.argmin(np.abs(weight[near] - target)))
-        return float(target[best] - weight[near[best]]), int(out[best]), int(into[near[best]])
-
-    def _apply(self, removed: int | None, added: int | None) -> None:
-        if removed is not None:
-            self.keep[removed] = False
-        if added is not None:
-            self.added.append(added)
-            self.usable[added] = not self.once[added]
 
 
 def _joined(parts: list[Draw]) -> Draw:

@@ -92,7 +92,8 @@ class Report:
         packgen: Version that made the bed.
         missed: A line for each thing that was asked for and not reached; empty when all is well.
         warnings: A line for each thing that looks wrong although all was reached: mended meshes, likely
-            mistakes in units, zones that nothing holds up.
+            mistakes in units, zones that nothing holds up or at their sides, shares and sums that whole
+            spheres miss.
         sphere_count: Number of spheres in the bed.
         zones: Spheres asked for and placed, zone by zone.
         sets: Totals, set by set.

@@ -8,13 +8,23 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
-from packgen.distributions import Distribution
+from packgen.distributions import UNIT_VOLUME, Distribution
 from packgen.portable import cube
 
 if TYPE_CHECKING:
     from packgen.bed import Bed
 
-__all__ = ["Amount", "SizedSet", "expected_count", "largest_remainder", "number_shares", "reached_shares"]
+__all__ = [
+    "Amount",
+    "SizedSet",
+    "expected_count",
+    "largest_remainder",
+    "largest_remainders",
+    "number_shares",
+    "reached_amounts",
+    "reached_shares",
+    "set_amounts",
+]
 
 
 class SizedSet(Protocol):
@@ -93,6 +103,21 @@ def expected_count(zone: Amount, sets: Sequence[SizedSet]) -> float | None:
     return None
 
 
+def set_amounts(zone: Amount, sets: Sequence[SizedSet]) -> Float64Array:
+    """Return how much of each set makes the sum of a zone with its shares by volume or mass; shape (S,).
+
+    Args:
+        zone: A zone with a volume, then these are volumes [m3], or with a mass, then masses [kg].
+        sets: The sets.
+    """
+    by, wanted = ("mass", zone.mass) if zone.volume is None else ("volume", zone.volume)
+    share = np.array(zone.set_proportions, dtype=np.float64)
+    if zone.proportions_by != by:
+        density = np.array([each.density for each in sets])
+        share = share * density if by == "mass" else share / density
+    return np.asarray((wanted or 0.0) * (share / share.sum()))
+
+
 def largest_remainder(share: Float64Array, count: int) -> Int64Array:
     """Divide a whole number by Hamilton's method: quotas rounded down, the rest to the largest remainders.
 
@@ -103,12 +128,24 @@ def largest_remainder(share: Float64Array, count: int) -> Int64Array:
     Returns:
         Whole numbers that add up to ``count``, shape (S,), int64; a share of 0 gets 0.
     """
-    quota = share * count
+    return np.asarray(largest_remainders(share, np.array([count]))[0])
+
+
+def largest_remainders(share: Float64Array, counts: Int64Array) -> Int64Array:
+    """Divide several whole numbers as ``largest_remainder`` does, one a row.
+
+    Args:
+        share: Shares that add up to 1, shape (S,).
+        counts: What to divide, shape (K,).
+
+    Returns:
+        Whole numbers, shape (K, S), int64.
+    """
+    quota = share * counts[:, None]
     whole = np.floor(quota).astype(np.int64)
     remainder = np.where(share > 0.0, quota - whole, -1.0)
-    first = np.argsort(-remainder, kind="stable")[: count - int(whole.sum())]
-    whole[first] += 1
-    return whole
+    rank = np.argsort(np.argsort(-remainder, axis=1, kind="stable"), axis=1, kind="stable")
+    return np.asarray(whole + (rank < (counts - whole.sum(axis=1))[:, None]))
 
 
 def reached_shares(bed: Bed, zone: int, by: str) -> list[float]:
@@ -119,9 +156,23 @@ def reached_shares(bed: Bed, zone: int, by: str) -> list[float]:
         zone: Number of the zone.
         by: ``number``, ``volume`` or ``mass``.
     """
-    own = bed.zone_index == zone
-    weight = np.ones(int(own.sum())) if by == "number" else cube(bed.radius[own])
-    if by == "mass":
-        weight = weight * np.array([each.density for each in bed.particle_sets])[bed.set_index[own]]
-    amount = np.bincount(bed.set_index[own], weight, len(bed.particle_sets))
+    amount, _ = reached_amounts(bed, zone, by)
     return [float(share) for share in amount / (amount.sum() or 1.0)]
+
+
+def reached_amounts(bed: Bed, zone: int, by: str) -> tuple[Float64Array, Float64Array]:
+    """Return what a zone holds of each set, and the largest of its spheres of each; shape (S,) each.
+
+    Args:
+        bed: The bed.
+        zone: Number of the zone.
+        by: ``number`` (a sphere counts 1), ``volume`` [m3] or ``mass`` [kg].
+    """
+    own = bed.zone_index == zone
+    set_index = bed.set_index[own]
+    weight = np.ones(len(set_index)) if by == "number" else UNIT_VOLUME * cube(bed.radius[own])
+    if by == "mass":
+        weight = weight * np.array([each.density for each in bed.particle_sets])[set_index]
+    largest = np.zeros(len(bed.particle_sets))
+    np.maximum.at(largest, set_index, weight)
+    return np.bincount(set_index, weight, len(bed.particle_sets)).astype(np.float64), largest

@@ -124,7 +124,15 @@ def of_a_bed() -> list[Path]:
         for path in ROOT.glob("packgen/arrange/**/*.py")
         if not any(path.stem.startswith(each) for each in TORCH_FORMS)
     ]
-    others = ("geometry.py", "portable.py", "radii.py", "shares.py", "mixtures.py", "container/convex.py")
+    others = (
+        "geometry.py",
+        "portable.py",
+        "radii.py",
+        "fitting.py",
+        "shares.py",
+        "mixtures.py",
+        "container/convex.py",
+    )
     laws = ROOT.glob("packgen/distributions/*.py")
     return sorted([*arrange, *laws, *(ROOT / "packgen" / each for each in others)])
 

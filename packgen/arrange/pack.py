@@ -16,9 +16,11 @@ from packgen.arrange.task import Algorithm, Progress, Task, ZoneTask
 from packgen.bed import Bed, ParticleSet
 from packgen.container import checked_locations
 from packgen.errors import PackingError
+from packgen.fitting import SumFit
 from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.portable import length
 from packgen.radii import Supply
+from packgen.remarks import remarks
 
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
@@ -32,20 +34,32 @@ PERIOD_MIN = 4.0
 
 @dataclass(frozen=True, slots=True)
 class ZoneResult:
-    """Spheres of a zone: asked for (None: until full), placed, drawn but left over; and where it is."""
+    """What became of a zone.
+
+    Attributes:
+        asked: Spheres asked for; None: until full.
+        placed: Spheres placed.
+        left_over: Spheres drawn but not placed.
+        locations: What bounds the zone beside the container.
+        counts: Spheres drawn of each set; None where ``asked`` is.
+        fit: How closely the spheres drawn add up to the volume or mass asked for; None: to none.
+    """
 
     asked: int | None
     placed: int
     left_over: int
     locations: tuple[Shape | Slice, ...] = ()
+    counts: tuple[int, ...] | None = None
+    fit: SumFit | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PackResult:
-    """The bed and what became of each zone."""
+    """The bed, what became of each zone, and a line for each thing that looks wrong before or after."""
 
     bed: Bed
     zones: tuple[ZoneResult, ...]
+    warnings: tuple[str, ...] = ()
 
 
 def find_algorithm(name: str, place: str) -> Algorithm:
@@ -88,14 +102,21 @@ def pack(
         warn: Called before the first sphere is placed, with a line for each thing that looks wrong.
 
     Returns:
-        The bed and the outcome of each zone.
+        The bed, the outcome of each zone, and what looks wrong: what ``warn`` was told, zones that nothing
+        holds, and those whose sets or sums are not as asked for.
 
     Raises:
         PackingError: Nothing can be placed, or a location or an amount makes no sense.
     """
     _check_device(device)
     algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
-    locations = checked_locations(scene, container, warn)
+    warnings: list[str] = []
+
+    def tell(line: str) -> None:
+        warnings.append(line)
+        warn(line)
+
+    locations = checked_locations(scene, container, tell)
     seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
     zones = []
     for index, zone in enumerate(scene.zones):
@@ -116,17 +137,23 @@ def pack(
         on_progress or (lambda _: None),
     )
     spheres = algorithm(task)
-    placed = np.bincount(spheres.zone_index, minlength=len(zones))
-    results = tuple(
+    bed, results = _bed(scene, container, spheres), _results(spheres, zones)
+    return PackResult(bed, results, (*warnings, *remarks(scene, bed, results)))
+
+
+def _results(spheres: Spheres, zones: Sequence[ZoneTask]) -> tuple[ZoneResult, ...]:
+    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
+    return tuple(
         ZoneResult(
             zone.supply.asked,
-            int(placed[zone.index]),
-            zone.supply.drawn_count - int(placed[zone.index]),
+            placed[zone.index],
+            zone.supply.drawn_count - placed[zone.index],
             zone.locations,
+            None if zone.supply.counts is None else tuple(zone.supply.counts.tolist()),
+            zone.supply.fit,
         )
         for zone in zones
     )
-    return PackResult(_bed(scene, container, spheres), results)
 
 
 def _friction(scene: Scene, zone: ZoneSpec) -> float:

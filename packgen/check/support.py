@@ -33,6 +33,7 @@ SAMPLE = 400
 """Spheres of a zone's lower end that are looked at."""
 
 FALL_STEPS = 12
+"""Heights at which a wall below is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +71,11 @@ def hanging_zones(bed: Bed, locations: Sequence[Sequence[Shape | Slice]]) -> tup
         lowest = _at_the_floor(bed, zone, shapes, down)
         if len(lowest) == 0:
             continue
-        fall = _falls(bed, zone, lowest, down)
-        hanging = fall > FALL * 2.0 * bed.radius.max()
+        limit = FALL * 2.0 * float(bed.radius.max())
+        other = bed.zone_index != zone
+        others = bed.position[other], bed.radius[other]
+        fall = falls(bed, bed.position[lowest], bed.radius[lowest], others, limit)
+        hanging = fall > limit
         if hanging.mean() > HANGING_SHARE:
             found.append(HangingZone(zone, len(lowest), int(hanging.sum()), float(np.median(fall[hanging]))))
     return tuple(found)
@@ -87,29 +91,53 @@ def _at_the_floor(bed: Bed, zone: int, shapes: Sequence[Shape | Slice], down: Fl
         needed = 0.0 if isinstance(shape, Slice) and shape.centers_only else radius
         lowered = shape_clearance(shape, position + step[:, None] * down, radius + step)
         stands |= lowered < needed - LEVEL * step
-    member = member[stands]
-    return np.asarray(member[np.linspace(0, len(member) - 1, min(SAMPLE, len(member))).astype(np.int64)])
+    return sample(member[stands], SAMPLE)
 
 
-def _falls(bed: Bed, zone: int, chosen: Int64Array, down: Float64Array) -> Float64Array:
-    """Return how far spheres fall straight down to a sphere of another zone or to a wall [m], shape (n,)."""
-    position, radius = bed.position[chosen], bed.radius[chosen]
+def across_gravity(down: Float64Array) -> Float64Array:
+    """Return two unit vectors across gravity, shape (2, 3)."""
+    return np.asarray(np.linalg.svd(down[None])[2][1:])
+
+
+def sample(index: Int64Array, most: int) -> Int64Array:
+    """Return at most so many of some indices, evenly spread."""
+    return np.asarray(index[np.linspace(0, len(index) - 1, min(most, len(index))).astype(np.int64)])
+
+
+def falls(
+    bed: Bed,
+    position: Float64Array,
+    radius: Float64Array,
+    others: tuple[Float64Array, Float64Array],
+    limit: float,
+) -> Float64Array:
+    """Return how far spheres fall straight down to one of some others or to a wall.
+
+    Args:
+        bed: The bed whose container and gravity count.
+        position: Centres of the spheres [m], shape (n, 3).
+        radius: Their radii [m], shape (n,).
+        others: Centres and radii of what may be below [m], shapes (k, 3) and (k,).
+        limit: How far down walls are looked for [m].
+
+    Returns:
+        Distances [m], shape (n,).
+    """
+    down = bed.down
     fall = _fall_to_the_end(bed, position, radius, down)
-    others = np.flatnonzero(bed.zone_index != zone)
-    if len(others):
-        flat = np.linalg.svd(down[None])[2][1:].T  # two directions across gravity
-        shadow = cKDTree(bed.position[others] @ flat)
-        reach = radius + bed.radius[others].max()
+    centre, other_radius = others
+    if len(centre) and len(position):
+        flat = across_gravity(down).T
+        shadow = cKDTree(centre @ flat)
+        reach = radius + other_radius.max()
         for index, near in enumerate(shadow.query_ball_point(position @ flat, reach)):
-            below = others[near]
-            apart = radius[index] + bed.radius[below]
-            relative = bed.position[below] - position[index]
+            apart = radius[index] + other_radius[near]
+            relative = centre[near] - position[index]
             along = relative @ down
             across = apart**2 - (np.einsum("ij,ij->i", relative, relative) - along**2)
             met = (across > 0.0) & (along > 0.0)
             way = along[met] - np.sqrt(across[met])
             fall[index] = min(fall[index], max(float(way.min(initial=np.inf)), 0.0))
-    limit = FALL * 2.0 * float(bed.radius.max())
     for step in np.linspace(0.0, limit, FALL_STEPS + 1)[1:]:
         free = np.flatnonzero(fall > step)
         clearance = wall_clearance(bed.container, position[free] + step * down, radius[free])

@@ -21,14 +21,11 @@ from packgen.errors import ExportError, PackgenError, SolverError
 from packgen.results import DISK_FULL, ResultFolder
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
-    from packgen.arrange.pack import PackResult
     from packgen.bed import Bed
     from packgen.report import Report
     from packgen.scene import Scene
 
 DEFAULT_SOLVER = "liggghts"
-FEW = 200  # spheres of a zone, by whose shares nothing is said
-SHARE_ERROR = 0.005  # of a set in a zone, from which it is said
 
 
 class Stopwatch:
@@ -141,6 +138,7 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
     warnings: list[str] = []
     with watch.stage("container"):
         container = load_container(scene, warnings.append)
+    of_container = tuple(warnings)
     with watch.stage("arrange"), show_progress(sys.stderr, quiet=options.quiet) as listener:
         try:
             result = pack(
@@ -159,56 +157,18 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
         bed = result.bed
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
-        warnings += _unsupported(result, scene) + _off_shares(result, scene)
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
         report = build_report(
             bed, zones=result.zones, laws=laws, check=check, clearance=clearance, threads=options.threads
         )
-    return bed, replace(report, warnings=tuple(warnings))
+    return bed, replace(report, warnings=(*of_container, *result.warnings))
 
 
 def _warn(warnings: list[str], line: str) -> None:
     """Say what looks wrong while there is time to stop the run, and keep it for the last lines."""
     say(f"packgen: warning: {line}", sys.stderr)
     warnings.append(line)
-
-
-def _unsupported(result: PackResult, scene: Scene) -> list[str]:
-    """Return a line for each zone that nothing holds up."""
-    from packgen.check.support import hanging_zones
-
-    lines = []
-    for each in hanging_zones(result.bed, [zone.locations for zone in result.zones]):
-        path = f"zones[{each.zone}]"
-        lines.append(
-            f"{scene.mark(path)}: {path}: nothing holds it up: of {each.looked_at} spheres at its lower end "
-            f"{each.hanging} have neither sphere nor wall below, and will fall by about {each.fall:.3g} m; "
-            "lower the zone onto what is below it, or fill the space in between first"
-        )
-    return lines
-
-
-def _off_shares(result: PackResult, scene: Scene) -> list[str]:
-    """Return a line for each zone whose sets are not in the proportions asked for: some found less room."""
-    from packgen.shares import reached_shares
-
-    lines = []
-    for index, (zone, outcome) in enumerate(zip(scene.zones, result.zones, strict=True)):
-        if outcome.placed < FEW or outcome.placed == outcome.asked:
-            continue  # single spheres make shares, or these are exact
-        reached = reached_shares(result.bed, index, zone.proportions_by)
-        pairs = list(zip(reached, zone.set_proportions, strict=True))
-        if max(abs(found - asked) for found, asked in pairs) > SHARE_ERROR:
-            found, asked = (
-                ", ".join(f"{share:.3f}" for share in shares) for shares in zip(*pairs, strict=True)
-            )
-            path = f"zones[{index}]"
-            lines.append(
-                f"{scene.mark(path)}: {path}: found shares {found} by {zone.proportions_by}, expected "
-                f"{asked}: some sizes found less room; ask for an amount that fits, or give more room"
-            )
-    return lines
 
 
 def _write(

@@ -41,6 +41,7 @@ class Zone:
 class Result:
     bed: object
     zones: tuple[Zone, ...] = (Zone(),)
+    warnings: tuple[str, ...] = ()
 
 
 @pytest.fixture
