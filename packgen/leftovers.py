@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shutil
 import socket
+import zlib
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -34,7 +34,7 @@ def _here() -> tuple[str, str] | None:
 
 
 def _tag(text: str) -> str:
-    return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()[:6]
+    return f"{zlib.crc32(text.encode(errors='surrogateescape')):08x}"
 
 
 def _start_of(pid: int) -> int | None:

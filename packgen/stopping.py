@@ -1,7 +1,7 @@
 """Signals that end a run: within a second, with all tidied up, and never in the middle of what must be whole.
 
 A stop is a ``KeyboardInterrupt`` in the main thread. Compiled code and libraries may hold it up, or turn it
-into another error, or lose it; a thread that needs no turn of the main one then ends the process in its place.
+into another error, or lose it; a thread that needs no turn of the main one then ends the process instead.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import contextlib
 import os
 import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -112,6 +113,7 @@ def stoppable(tell: Callable[[], int], *, for_good: bool = False) -> Iterator[No
     ended = threading.Event()
     receiver, sender = socket.socketpair()
     sender.setblocking(False)
+    former_hook, sys.unraisablehook = sys.unraisablehook, _unraisable
     former_fd = signal.set_wakeup_fd(sender.fileno(), warn_on_full_buffer=False)
     threading.Thread(target=_watch, args=(receiver, set(former), ended, tell), daemon=True).start()
     for number in former:
@@ -125,6 +127,8 @@ def stoppable(tell: Callable[[], int], *, for_good: bool = False) -> Iterator[No
             signal.signal(number, signal.SIG_IGN if for_good else handler)
         signal.set_wakeup_fd(former_fd)
         sender.close()
+        if not for_good:
+            sys.unraisablehook = former_hook
 
 
 def _handlers() -> dict[int, Any]:
@@ -142,6 +146,12 @@ def _stop(_number: int, _frame: FrameType | None) -> None:
         _state.due = True
         return
     raise KeyboardInterrupt
+
+
+def _unraisable(error: sys.UnraisableHookArgs) -> None:
+    """Say nothing of errors in callbacks and finalizers that a stop has cut."""
+    if not stop_seen():
+        sys.__unraisablehook__(error)
 
 
 def _watch(

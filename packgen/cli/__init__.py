@@ -30,8 +30,8 @@ EPILOG = """other commands:
   packgen compare DIR ...   put result folders side by side
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
-2 wrong input, nothing written; 130 interrupted, nothing written, but for a finished bed whose validation was
-interrupted: it is in DIR.unvalidated, and DIR is as it was"""
+2 wrong input, nothing written;
+130 interrupted, nothing written, but a bed whose validation was interrupted is in DIR.unvalidated"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,6 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _run(given, ending)
     finally:
         show("", sys.stdout)  # what argparse has left there
+        if ending.was_interrupted and arguments is None:
+            # Python would wait for threads, or end by SIGINT where one has come while C code ran some Python.
+            os._exit(ending.interrupted())
 
 
 def _run(arguments: list[str], ending: Ending) -> int:

@@ -18,11 +18,13 @@ class Ending:
     Attributes:
         claim: What is true of its results, as the end of a sentence.
         code: The exit code of the results; None as long as they have not their final name.
+        was_interrupted: Whether the last line says so.
     """
 
     def __init__(self) -> None:
         self.claim = NOTHING
         self.code: int | None = None
+        self.was_interrupted = False
         self._told = False
 
     def done(self, code: int, claim: str) -> None:
@@ -37,6 +39,7 @@ class Ending:
 
     def interrupted(self) -> int:
         """Say that the run was interrupted, and what there is; return the exit code."""
+        self.was_interrupted = True
         joint = "" if self.code is None else " but"
         return self.fail(f"interrupted,{joint} {self.claim}", EXIT_INTERRUPTED)
 

@@ -1,7 +1,8 @@
-"""The command in a process of its own, with a lattice in place of the core: ``python -m tests.cli.lattice_run``.
+"""The command in a process of its own, with a lattice in place of the core.
 
-LATTICE_WAIT says what the core does before it returns, as compiled code and libraries do to a stop; LATTICE_PAUSE
-names a function, ``module:attribute``, after which the run waits. The file LATTICE_MARK appears once it waits.
+LATTICE_WAIT says what the core does before it returns, as compiled code and libraries do to a stop;
+LATTICE_PAUSE names a function, ``module:attribute``, after which the run waits, for LATTICE_SECONDS. The file
+LATTICE_MARK appears once it waits.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def pause_after(name: str) -> None:
     def paused(*arguments, **named):
         result = function(*arguments, **named)
         mark()
-        time.sleep(LONG)
+        time.sleep(float(os.environ.get("LATTICE_SECONDS", LONG)))
         return result
 
     setattr(holder, last, paused)

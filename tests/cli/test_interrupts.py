@@ -57,13 +57,15 @@ def test_an_earlier_result_survives_a_stop(scene, number):
 
 @pytest.mark.parametrize("number", STOPS)
 @pytest.mark.parametrize(
-    "place", ["pathlib:Path.rename", "packgen.results:ResultFolder.commit", "packgen.cli.run:_conclude"]
+    ("place", "seconds"),
+    [
+        ("pathlib:Path.rename", "2"),  # the result is about to have its name
+        ("packgen.results:ResultFolder.commit", "2"),
+        ("packgen.cli.run:_conclude", "60"),
+    ],
 )
-def test_a_stop_after_the_bed_has_its_name_says_so_and_keeps_its_exit_code(scene, place, number):
-    run = start(scene, "--quiet", LATTICE_PAUSE=place)
-    if place.endswith("rename"):
-        run.kill()
-        pytest.skip("held back until the commit is done, which would take as long as the pause")
+def test_a_stop_after_the_bed_has_its_name_says_so_and_keeps_its_exit_code(scene, place, seconds, number):
+    run = start(scene, "--quiet", LATTICE_PAUSE=place, LATTICE_SECONDS=seconds)
     code, lines = stopped(run, number)
     assert lines == [f"packgen: interrupted, but the bed is in {Path.cwd() / 'box'}"]
     assert code == 0

@@ -89,11 +89,11 @@ def test_what_makes_no_bed_keeps_its_exit_code(scene, line, argument, code):
     "values", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C"}, {"PYTHONIOENCODING": "latin-1"}]
 )
 def test_a_name_that_the_terminal_has_not_is_shown_as_codes(scene, values):
-    Path("kürzen_æ°´.yaml").write_text(SCENE)
-    done = in_shell('"$@"', "kürzen_æ°´.yaml", **values)
+    Path("kürzen_æθ.yaml").write_text(SCENE)
+    done = in_shell('"$@"', "kürzen_æθ.yaml", **values)
     assert done.returncode == 0
     assert b"written to" in done.stdout
-    assert Path("kürzen_æ°´", "report.html").exists()
+    assert Path("kürzen_æθ", "report.html").exists()
 
 
 @pytest.mark.parametrize(
