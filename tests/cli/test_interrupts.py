@@ -13,6 +13,7 @@ import pytest
 
 from tests.cli.processes import REAL, SCENE, start, wait_for
 
+pytestmark = pytest.mark.slow  # each starts processes
 STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 BOUND = 30  # seconds; ten times what the slowest machine needs
 
@@ -188,7 +189,6 @@ def test_what_a_killed_run_leaves_goes_with_the_next_one_and_what_a_living_one_h
     assert sorted(os.listdir()) == ["box", "box.unvalidated", "box.yaml"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.3, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0])
 def test_a_real_run_ends_at_any_moment_with_one_line(scene, tmp_path, monkeypatch, delay):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))  # it compiles, which takes seconds
@@ -196,9 +196,7 @@ def test_a_real_run_ends_at_any_moment_with_one_line(scene, tmp_path, monkeypatc
     run = start(scene, "--quiet", program=REAL)
     time.sleep(delay)
     if run.poll() is None:
-        begin = time.monotonic()
         code, lines = stopped(run)
-        assert time.monotonic() - begin < BOUND
         if code == -signal.SIGTERM:  # before packgen's first line ran
             assert lines == []
         elif not Path("box").exists():

@@ -31,6 +31,7 @@ def scene(tmp_path, monkeypatch):
 
 
 @full_disk
+@pytest.mark.slow
 @pytest.mark.parametrize("line", FAILING)
 def test_output_that_fails_is_no_failure_of_the_bed(scene, line):
     done = in_shell(line, scene, "--export", "liggghts")
@@ -74,6 +75,7 @@ def test_pages_are_made_whatever_becomes_of_the_output(scene, line):
 
 
 @full_disk
+@pytest.mark.slow
 @pytest.mark.parametrize("line", FAILING)
 @pytest.mark.parametrize(
     ("argument", "code"), [("--help", 0), ("--version", 0), ("--sed", 2), ("none.yaml", 2)]
