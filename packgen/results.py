@@ -5,15 +5,21 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import shutil
 import tempfile
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
 from packgen.errors import ExportError
+from packgen.leftovers import abandoned, owner, remove_scratch
+from packgen.stopping import held, tidied
 
 MANIFEST = "report.json"  # its key "files" lists what the run wrote
 PAGE = "report.html"
+UNVALIDATED = ".unvalidated"
+UNFINISHED = ".unfinished-"
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -23,7 +29,9 @@ class ResultFolder:
     As a context manager it makes a temporary sibling of the target, ``path``, for the run to write into.
     `commit` gives it the target's name; leaving the context without a commit deletes it. A folder that an
     earlier run wrote is replaced as a whole. One with foreign files is refused; with ``force`` it is set
-    aside as ``NAME.old``, so that no result of a solver is ever lost or mixed with a new bed.
+    aside as ``NAME.old``, so that no result of a solver is ever lost or mixed with a new bed. What killed
+    runs of this target left is tidied up first: a result that one of them was about to replace gets its name
+    back, what they had not finished is removed.
 
     Args:
         target: The final name.
@@ -34,6 +42,9 @@ class ResultFolder:
     def __init__(self, target: Path, *, force: bool = False, keep: tuple[Path, ...] = ()) -> None:
         self.target = target.expanduser().resolve()
         self.set_aside: Path | None = None
+        self.notes: list[str] = []  # what became of folders that were there before, for the user
+        self.unvalidated = False
+        self._registered = ExitStack()
         self._force = force
         self._keep = keep
         self._parents_made: list[Path] = []
@@ -65,12 +76,23 @@ class ResultFolder:
             )
 
     def __enter__(self) -> ResultFolder:
+        self.notes += _recover(self.target)
+        with suppress(OSError):  # no place for temporary folders: that is for those to say who need one
+            remove_scratch(Path(tempfile.gettempdir()))
         self.check()
+        with held():
+            self._make()
+            self._registered.enter_context(tidied(self._discard))
+        return self
+
+    def _make(self) -> None:
         try:
             for parent in reversed([each for each in self.target.parents if not each.exists()]):
                 parent.mkdir()
                 self._parents_made.append(parent)
-            name = tempfile.mkdtemp(prefix=f".{self.target.name}.unfinished-", dir=self.target.parent)
+            name = tempfile.mkdtemp(
+                prefix=f".{self.target.name}{UNFINISHED}{owner()}-", dir=self.target.parent
+            )
         except OSError as error:
             self._remove_parents()
             reason = error.strerror or str(error)
@@ -79,14 +101,33 @@ class ResultFolder:
             ) from error
         self.path = Path(name)
         self.path.chmod(0o777 & ~_umask())  # mkdtemp makes it private
-        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        with held():
+            self._registered.close()
+            self._discard()
+
+    def _discard(self) -> None:
+        """Remove what is not committed."""
         if self.path != self.target:
-            shutil.rmtree(self.path, ignore_errors=True)
+            for _ in range(3):  # where a process is ended its main thread may still be writing
+                if self.path.exists():
+                    shutil.rmtree(self.path, ignore_errors=True)
             self._remove_parents()
+
+    def keep_unvalidated(self) -> None:
+        """Commit to ``NAME.unvalidated`` beside the target, which stays; so do foreign files there."""
+        number = 1
+        while True:
+            free = _numbered(self.target, UNVALIDATED, number)
+            if not os.path.lexists(free) or (
+                free.is_dir() and not free.is_symlink() and not foreign_files(free)
+            ):
+                break
+            number += 1
+        self.unvalidated, self.target = True, free
 
     def commit(self) -> None:
         """Give the results their final name, in place of an earlier run's.
@@ -96,34 +137,37 @@ class ResultFolder:
         Raises:
             OSError: The folder cannot be renamed; the former one is back in its place.
         """
-        discarded: Path | None = None
-        aside: Path | None = None
-        if self.target.exists():
-            if foreign_files(self.target):
-                aside = self._free_name()
-            else:
-                discarded = self.path.with_name(self.path.name + "~")
-        former = aside or discarded
-        try:
-            if former is not None:
-                self.target.rename(former)
-            self.path.rename(self.target)
-        except BaseException:
-            if former is not None and not self.target.exists():
-                former.rename(self.target)
-            raise
-        self.path, self.set_aside = self.target, aside
-        if discarded is not None:
-            shutil.rmtree(discarded, ignore_errors=True)
+        with held():
+            self._name_after_target()
+            discarded: Path | None = None
+            aside: Path | None = None
+            if self.target.exists():
+                if foreign_files(self.target):
+                    aside = _free_name(self.target)
+                else:
+                    discarded = self.path.with_name(self.path.name + "~")
+            former = aside or discarded
+            try:
+                if former is not None:
+                    self.target.rename(former)
+                self.path.rename(self.target)
+            except BaseException:
+                if former is not None and not self.target.exists():
+                    former.rename(self.target)
+                raise
+            self.path, self.set_aside = self.target, aside
+            if aside is not None:
+                self.notes.append(f"the former folder, which had other files, is now {aside}")
+            if discarded is not None:
+                _remove_former(discarded)
 
-    def _free_name(self) -> Path:
-        number = 1
-        while True:
-            suffix = ".old" if number == 1 else f".old{number}"
-            name = self.target.with_name(self.target.name + suffix)
-            if not name.exists():
-                return name
-            number += 1
+    def _name_after_target(self) -> None:
+        """Name the unfinished folder after a target that has changed, as `_recover` reads it."""
+        ending = self.path.name.rpartition(UNFINISHED)[2]
+        named = self.path.with_name(f".{self.target.name}{UNFINISHED}{ending}")
+        if named != self.path:
+            self.path.rename(named)
+            self.path = named
 
     def _remove_parents(self) -> None:
         for parent in reversed(self._parents_made):
@@ -131,6 +175,48 @@ class ResultFolder:
                 parent.rmdir()
             except OSError:  # something else is in it by now
                 return
+
+
+def _recover(target: Path) -> list[str]:
+    """Tidy up what killed runs of a target have left; return a line for each result that was moved.
+
+    A run that was killed between the two renames of its end has left the former result under its temporary
+    name and ``~``: that result is whole and gets its name back. With ``~~`` it has been replaced.
+    """
+    beside = rf"\.{re.escape(target.name)}({re.escape(UNVALIDATED)}\d*)?{re.escape(UNFINISHED)}"
+    notes = []
+    # The former result comes before the new one, whose presence tells that the former was not replaced.
+    for path in reversed(abandoned(target.parent, beside)):
+        final = path.with_name(path.name[1:].rpartition(UNFINISHED)[0])
+        if not path.name.endswith("~") or path.name.endswith("~~"):
+            shutil.rmtree(path, ignore_errors=True)
+        elif os.path.lexists(final) and not path.with_name(path.name[:-1]).exists():
+            _remove_former(path)
+        else:
+            place = _free_name(final) if os.path.lexists(final) else final
+            with suppress(OSError):  # another run was faster
+                path.rename(place)
+                notes.append(f"a run was killed as it replaced {final}; the former result is now {place}")
+    return notes
+
+
+def _remove_former(path: Path) -> None:
+    """Remove a former result that has been replaced; its name says so before the first file goes."""
+    replaced = path.with_name(path.name + "~")
+    with suppress(OSError):
+        path.rename(replaced)
+        shutil.rmtree(replaced, ignore_errors=True)
+
+
+def _free_name(target: Path) -> Path:
+    number = 1
+    while os.path.lexists(name := _numbered(target, ".old", number)):
+        number += 1
+    return name
+
+
+def _numbered(target: Path, suffix: str, number: int) -> Path:
+    return target.with_name(target.name + suffix + ("" if number == 1 else str(number)))
 
 
 def foreign_files(folder: Path) -> list[str]:

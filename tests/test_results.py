@@ -2,10 +2,14 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from packgen.errors import ExportError
+from packgen.leftovers import NOBODY, owner
 from packgen.results import ResultFolder, foreign_files, list_files
 
 
@@ -119,3 +123,88 @@ def test_results_are_readable_as_other_new_folders_are(tmp_path):
     (tmp_path / "plain").mkdir()
     run_into(tmp_path / "out")
     assert (tmp_path / "out").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+KILLED = """
+import json, os, pathlib, sys
+from packgen.leftovers import NOBODY, owner
+from packgen.results import ResultFolder, list_files
+
+renames = int(sys.argv[2])  # of the commit, until the process is killed
+rename = pathlib.Path.rename
+
+def counted(*arguments):
+    global renames
+    if renames == 0:
+        os._exit(9)
+    renames -= 1
+    return rename(*arguments)
+
+pathlib.Path.rename = counted
+with ResultFolder(pathlib.Path(sys.argv[1])) as folder:
+    (folder.path / "bed").write_text("killed")
+    (folder.path / "report.json").write_text(json.dumps({"files": ["bed", "report.json"]}))
+    if len(sys.argv) > 3:
+        folder.keep_unvalidated()
+    folder.commit()
+"""
+needs_owner = pytest.mark.skipif(owner() == NOBODY, reason="the system does not tell when a process started")
+
+
+def killed(target, renames, *more):
+    command = [sys.executable, "-c", KILLED, str(target), str(renames), *more]
+    assert subprocess.run(command, check=False, cwd=Path(__file__).parents[1]).returncode in {0, 9}
+
+
+@needs_owner
+@pytest.mark.parametrize(("renames", "found"), [(0, "first"), (1, "first"), (2, "killed"), (3, "killed")])
+def test_a_run_killed_at_any_rename_costs_no_result(tmp_path, renames, found):
+    target = tmp_path / "out"
+    run_into(target, "first")
+    killed(target, renames)
+    with pytest.raises(RuntimeError):
+        run_into(target, stop=RuntimeError)
+    assert os.listdir(tmp_path) == ["out"]
+    assert (target / ("bed" if found == "killed" else "deck/in.bed")).read_text() == found
+    assert foreign_files(target) == []
+
+
+@needs_owner
+def test_a_former_result_that_a_killed_run_moved_is_not_lost_where_its_name_is_taken(tmp_path):
+    target = tmp_path / "out"
+    run_into(target, "first")
+    killed(target, 1)
+    target.mkdir()
+    (target / "notes").write_text("mine")
+    folder = run_into(target, "second", force=True)
+    assert sorted(os.listdir(tmp_path)) == ["out", "out.old", "out.old2"]
+    assert (tmp_path / "out.old" / "deck" / "in.bed").read_text() == "first"
+    assert (tmp_path / "out.old2" / "notes").read_text() == "mine"
+    assert any(str(tmp_path / "out.old") in line for line in folder.notes)
+
+
+@needs_owner
+@pytest.mark.parametrize(("renames", "found"), [(0, "first"), (1, "first"), (2, "first"), (3, "killed")])
+def test_an_unvalidated_bed_is_as_safe_as_any(tmp_path, renames, found):
+    target = tmp_path / "out"
+    for _ in range(2):
+        with ResultFolder(target) as folder:
+            (folder.path / "bed").write_text("first")
+            (folder.path / "report.json").write_text(json.dumps({"files": ["bed", "report.json"]}))
+            folder.keep_unvalidated()
+            folder.commit()
+    killed(target, renames, "unvalidated")
+    run_into(target)
+    assert sorted(os.listdir(tmp_path)) == ["out", "out.unvalidated"]
+    assert (tmp_path / "out.unvalidated" / "bed").read_text() == found
+
+
+def test_an_unvalidated_bed_touches_no_foreign_files(tmp_path):
+    (tmp_path / "out.unvalidated").mkdir()
+    (tmp_path / "out.unvalidated" / "notes").write_text("mine")
+    with ResultFolder(tmp_path / "out") as folder:
+        folder.keep_unvalidated()
+        folder.commit()
+    assert folder.target == tmp_path / "out.unvalidated2"
+    assert sorted(os.listdir(tmp_path)) == ["out.unvalidated", "out.unvalidated2"]
+    assert os.listdir(tmp_path / "out.unvalidated") == ["notes"]

@@ -7,23 +7,20 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import sys
-import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
 from packgen import __version__
-from packgen.cli.screen import DEBUG_VARIABLE, say
+from packgen.cli.ending import Ending
+from packgen.cli.names import refuse_unreadable
+from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.results import DISK_FULL
+from packgen.stopping import close, stop_seen, stoppable
 
 COMMANDS = ("report", "compare")
-EXIT_INTERRUPTED = 130
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -33,7 +30,8 @@ EPILOG = """other commands:
   packgen compare DIR ...   put result folders side by side
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
-2 wrong input, nothing written; 130 interrupted, nothing written"""
+2 wrong input, nothing written;
+130 interrupted, nothing written, but a bed whose validation was interrupted is in DIR.unvalidated"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,67 +43,62 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
+    open_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
+    ending = Ending()
     try:
-        with _stopped_by("SIGTERM", "SIGHUP"):
-            return _dispatch(given)
-    except PackgenError as error:
-        return _fail(str(error), error.exit_code)
+        with stoppable(ending.interrupted, for_good=arguments is None):
+            return _run(given, ending)
+    finally:
+        show("", sys.stdout)  # what argparse has left there
+        if ending.was_interrupted and arguments is None:
+            # Python would wait for threads, or end by SIGINT where one has come while C code ran some Python.
+            os._exit(ending.interrupted())
+
+
+def _run(arguments: list[str], ending: Ending) -> int:
+    """Run a command and say what ended it; what is said of its results is true at that moment."""
+    try:
+        return _dispatch(arguments, ending)
     except KeyboardInterrupt:
-        return _fail("interrupted, nothing was written", EXIT_INTERRUPTED)
-    except OSError as error:
+        close()
+        return ending.interrupted()
+    except Exception as error:
+        close()
+        if stop_seen():  # compiled code makes another error of it
+            return ending.interrupted()
+        return ending.fail(_reason(error, ending.claim), getattr(error, "exit_code", 2))
+
+
+def _reason(error: Exception, claim: str) -> str:
+    """Return a line that says what ended a run, with what is true of its results."""
+    if isinstance(error, PackgenError):
+        return str(error)
+    if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
         remedy = "; make room, or choose another disk with -o" if error.errno in DISK_FULL else ""
-        return _fail(f"{place}{error.strerror or error}; nothing was written{remedy}", 2)
-    except MemoryError:
-        return _fail("not enough memory for this scene; nothing was written", 2)
-    except Exception as error:  # the last line of defence: a traceback helps nobody but us
-        if os.environ.get(DEBUG_VARIABLE):
-            traceback.print_exc()
-        return _fail(
-            f"sorry, this is a fault of packgen, not of your scene: {type(error).__name__}: {error}; "
-            f"nothing was written; {DEBUG_VARIABLE}=1 shows where it happened",
-            2,
-        )
+        return f"{place}{error.strerror or error}; {claim}{remedy}"
+    if isinstance(error, MemoryError):
+        return f"not enough memory for this scene; {claim}"
+    # The last line of defence: a traceback helps nobody but us.
+    if os.environ.get(DEBUG_VARIABLE):
+        traceback.print_exception(error)
+    return (
+        f"sorry, this is a fault of packgen, not of your scene: {type(error).__name__}: {error}; "
+        f"{claim}; {DEBUG_VARIABLE}=1 shows where it happened"
+    )
 
 
-@contextmanager
-def _stopped_by(*names: str) -> Iterator[None]:
-    """Let signals stop the run as Ctrl-C does, so that it tidies up."""
-
-    def stop(_number: int, _frame: FrameType | None) -> NoReturn:
-        raise KeyboardInterrupt
-
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]  # Windows has no SIGHUP
-    if threading.current_thread() is not threading.main_thread():
-        numbers = []  # Python handles signals in the main thread only
-    # What is ignored stays so: nohup means it.
-    former = {number: signal.getsignal(number) for number in numbers}
-    former = {number: handler for number, handler in former.items() if handler not in (signal.SIG_IGN, None)}
-    for number in former:
-        signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
-
-
-def _fail(message: str, code: int) -> int:
-    for line in message.splitlines() or [""]:
-        say(f"packgen: {line}", sys.stderr)
-    return code
-
-
-def _dispatch(arguments: list[str]) -> int:
+def _dispatch(arguments: list[str], ending: Ending) -> int:
+    refuse_unreadable(arguments)
     if arguments and arguments[0] in COMMANDS:
         from packgen.cli.pages import run_page_command
 
-        return run_page_command(arguments[0], arguments[1:])
+        return run_page_command(arguments[0], arguments[1:], ending)
     options = build_parser().parse_args(arguments)
     from packgen.cli.run import run_scene
 
-    return run_scene(options)
+    return run_scene(options, ending)
 
 
 def build_parser() -> argparse.ArgumentParser:

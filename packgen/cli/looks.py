@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from packgen.cli.screen import DEBUG_VARIABLE
 from packgen.errors import PackgenError
 from packgen.results import MANIFEST, PAGE, list_files
+from packgen.stopping import stop_seen
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import Bed
@@ -85,6 +86,8 @@ def _tried(make: Callable[[], Made], what: str, warnings: list[str]) -> Made | N
     try:
         return make()
     except Exception as error:
+        if stop_seen():  # compiled code makes another error of it
+            raise KeyboardInterrupt from error
         if os.environ.get(DEBUG_VARIABLE):
             traceback.print_exc()
         kind = "" if isinstance(error, PackgenError) else f"{type(error).__name__}: "

@@ -7,15 +7,18 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from packgen.cli.ending import WHOLE_PAGES, Ending
+from packgen.cli.names import refuse_unreadable
 from packgen.cli.screen import say, table
 
 
-def run_page_command(command: str, arguments: Sequence[str]) -> int:
+def run_page_command(command: str, arguments: Sequence[str], ending: Ending) -> int:
     """Run one of the two commands.
 
     Args:
         command: ``report`` or ``compare``.
         arguments: What follows it.
+        ending: Told what is true of the pages.
 
     Returns:
         The exit code.
@@ -23,10 +26,10 @@ def run_page_command(command: str, arguments: Sequence[str]) -> int:
     Raises:
         PackgenError: A folder is none that packgen wrote.
     """
-    return _compare(arguments) if command == "compare" else _report(arguments)
+    return _compare(arguments, ending) if command == "compare" else _report(arguments, ending)
 
 
-def _report(arguments: Sequence[str]) -> int:
+def _report(arguments: Sequence[str], ending: Ending) -> int:
     parser = argparse.ArgumentParser(
         prog="packgen report",
         description="Make report.html of result folders again. A scene of that name is ./report.",
@@ -35,16 +38,25 @@ def _report(arguments: Sequence[str]) -> int:
     parser.add_argument("folders", metavar="DIR", type=Path, nargs="+", help="result folder of a run")
     parser.add_argument("--picture", action="store_true", help="draw bed.png and bed_half.png too")
     options = parser.parse_args(arguments)
+    refuse_unreadable(folder.resolve().name for folder in options.folders)
     from packgen.page import picture_folder, report_folder
 
+    ending.claim = WHOLE_PAGES
+    last = options.folders[-1]
     for folder in options.folders:
-        say(f"written: {report_folder(folder)}", sys.stdout)
-        for path in picture_folder(folder) if options.picture else ():
+        page = report_folder(folder)
+        if folder is last and not options.picture:
+            ending.done(0, "all pages are written")
+        say(f"written: {page}", sys.stdout)
+        pictures = picture_folder(folder) if options.picture else ()
+        if folder is last:
+            ending.done(0, "all pages are written")
+        for path in pictures:
             say(f"written: {path}", sys.stdout)
     return 0
 
 
-def _compare(arguments: Sequence[str]) -> int:
+def _compare(arguments: Sequence[str], ending: Ending) -> int:
     parser = argparse.ArgumentParser(
         prog="packgen compare",
         description="Put result folders side by side. A scene of that name is ./compare.",
@@ -55,10 +67,13 @@ def _compare(arguments: Sequence[str]) -> int:
         "-o", "--output", metavar="FILE", type=Path, help="page to write (default: compare.html)"
     )
     options = parser.parse_args(arguments)
+    refuse_unreadable(folder.resolve().name for folder in options.folders)
     from packgen.page import COMPARISON, compare_folders
 
     page = options.output or Path(COMPARISON)
+    ending.claim = WHOLE_PAGES
     rows = compare_folders(options.folders, page)
+    ending.done(0, f"the page is {page}")
     say(table(rows), sys.stdout)
     say(f"written: {page}", sys.stdout)
     return 0

@@ -6,9 +6,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol, TextIO
+from functools import partial
+from typing import Any, Protocol, TextIO, cast
+
+from packgen.cli.screen import Screen, say, show
+from packgen.stopping import tidied
 
 PLAIN_INTERVAL = 5.0  # seconds between plain lines
+SHOW_CURSOR = "\x1b[?25h"  # a bar hides it
 
 
 class Step(Protocol):
@@ -122,8 +127,7 @@ def _plain(stream: TextIO) -> Listener:
         text = pace.describe(step, now)
         if now - last >= PLAIN_INTERVAL:
             last = now
-            stream.write(text + "\n")
-            stream.flush()
+            say(text, stream)
 
     return listen
 
@@ -134,8 +138,12 @@ def _terminal(stream: TextIO) -> Iterator[Listener]:
     from rich.progress import BarColumn, Progress, TextColumn
 
     pace = Pace()
+    console = Console(file=cast("TextIO", Screen(stream)))
     columns = BarColumn(), TextColumn("{task.percentage:>3.0f}% {task.description}")
-    with Progress(*columns, console=Console(file=stream), transient=True) as bar:
+    with (
+        Progress(*columns, console=console, transient=True) as bar,
+        tidied(partial(show, SHOW_CURSOR, stream)),
+    ):
         task = bar.add_task("starting", total=1.0)
 
         def listen(step: Any) -> None:

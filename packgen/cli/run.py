@@ -14,11 +14,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from packgen.cli.ending import EXIT_INTERRUPTED, Ending
 from packgen.cli.looks import write_looks
+from packgen.cli.names import refuse_unreadable
 from packgen.cli.progress import Listener, Share, show_progress
 from packgen.cli.screen import say, table
 from packgen.errors import ExportError, PackgenError, SolverError
 from packgen.results import DISK_FULL, ResultFolder
+from packgen.stopping import answer, held, stop_seen, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import Bed
@@ -65,8 +68,8 @@ class _Plan:
     target: Path
 
 
-def run_scene(options: argparse.Namespace) -> int:
-    """Make a bed, write its results, and say how it went."""
+def run_scene(options: argparse.Namespace, ending: Ending) -> int:
+    """Make a bed, write its results, and say how it went; ``ending`` is told when they are in place."""
     watch = Stopwatch()
     with watch.stage("scene"):
         plan = _plan(options)
@@ -74,13 +77,18 @@ def run_scene(options: argparse.Namespace) -> int:
     with folder:
         bed, report = _make(plan.scene, options, watch)
         warnings = list(report.warnings)
-        unreached, verdict = _write(bed, plan, folder.path, options, watch, warnings)
+        unreached, verdict = _write(bed, plan, folder, options, watch, warnings)
         missed, warned = (*report.missed, *unreached), tuple(warnings)
         report = replace(report, missed=missed, warnings=warned, peak_memory=peak_memory())
-        name, page = folder.target.name, not options.no_report
-        report = write_looks(bed, report, folder.path, name, watch, page=page, picture=options.picture)
-        folder.commit()
-    return _conclude(report, verdict, folder, quiet=options.quiet)
+        name, hurry = folder.target.name, folder.unvalidated
+        page, picture = not (options.no_report or hurry), options.picture and not hurry
+        report = write_looks(bed, report, folder.path, name, watch, page=page, picture=picture)
+        code = EXIT_INTERRUPTED if hurry else int(bool(report.missed))
+        with held():
+            folder.commit()
+            ending.done(code, f"the bed is in {folder.target}")
+    _conclude(report, verdict, folder, quiet=options.quiet)
+    return code
 
 
 def _plan(options: argparse.Namespace) -> _Plan:
@@ -119,6 +127,7 @@ def _plan(options: argparse.Namespace) -> _Plan:
             if check is not None:
                 check(value)
     target = options.output or Path(options.scene.stem)
+    refuse_unreadable([target.resolve().name])
     return _Plan(scene, chosen, settings, solvers if options.validate else (), target)
 
 
@@ -174,7 +183,7 @@ def _warn(warnings: list[str], line: str) -> None:
 def _write(
     bed: Bed,
     plan: _Plan,
-    folder: Path,
+    results: ResultFolder,
     options: argparse.Namespace,
     watch: Stopwatch,
     warnings: list[str],
@@ -182,6 +191,7 @@ def _write(
     """Write bed and decks, and let solvers confirm them; return what was not reached, and the verdicts."""
     from packgen.bedfile import save_bed
 
+    folder = results.path
     with watch.stage("write"):
         save_bed(bed, folder / "bed.npz")
     missed = []
@@ -191,7 +201,7 @@ def _write(
             try:
                 exporter.write(bed, folder / name, plan.settings[name])
             except (Exception, SystemExit) as error:
-                if getattr(error, "errno", None) in DISK_FULL:
+                if getattr(error, "errno", None) in DISK_FULL or stop_seen():
                     raise
                 # The bed is worth keeping, a deck that is not whole is not.
                 shutil.rmtree(folder / name)
@@ -204,39 +214,44 @@ def _write(
                 missed.append(f"no {name} deck: {why}")
     if not plan.solvers:
         return missed, ""
-    with watch.stage("validate"):
-        unconfirmed, verdict = _validate(bed, plan, folder, options, warnings)
+    with watch.stage("validate"), unhurried():
+        unconfirmed, verdict = _validate(bed, plan, results, options, warnings)
     return missed + unconfirmed, verdict
 
 
 def _validate(
-    bed: Bed, plan: _Plan, folder: Path, options: argparse.Namespace, warnings: list[str]
+    bed: Bed, plan: _Plan, results: ResultFolder, options: argparse.Namespace, warnings: list[str]
 ) -> tuple[list[str], str]:
     """Let each solver confirm its deck; return what it did not confirm, and the verdicts as one table."""
     from packgen.validation import Limits, comparison, validate, validation_dict
 
+    folder = results.path
     limits = Limits(**plan.scene.validation.model_dump())
     reports, errors = {}, {}
     for solver in plan.solvers:
         if not (folder / solver).is_dir():
             errors[solver] = f"{solver}: has no deck to run"
             continue
-        with show_progress(sys.stderr, quiet=options.quiet) as listener:
-            tell = partial(_tell, listener, solver)
-            try:
+        try:
+            with show_progress(sys.stderr, quiet=options.quiet) as listener:
+                tell = partial(_tell, listener, solver)
                 reports[solver] = validate(
                     bed, folder / solver, solver=solver, limits=limits, on_progress=tell
                 )
-            except SolverError as error:  # the bed is made and stays
-                errors[solver] = str(error)
-            except KeyboardInterrupt:
+        except (Exception, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt) or stop_seen():
+                answer()
+                results.keep_unvalidated()
                 errors[solver] = f"{solver}: interrupted before it was done"
                 break
+            if not isinstance(error, SolverError):
+                raise
+            errors[solver] = str(error)  # the bed is made and stays
         if solver in reports and reports[solver].unjudged:
             warnings.append(reports[solver].unjudged)
     content = validation_dict(reports)
     if errors:
-        content |= {"passed": False, "errors": errors}
+        content |= {"passed": False, "errors": errors, "interrupted": results.unvalidated}
     text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
     missed = [line for report in reports.values() for line in report.missed] + list(errors.values())
@@ -247,17 +262,18 @@ def _tell(listener: Listener, solver: str, stage: str, share: float) -> None:
     listener(Share(f"{solver}, {stage}", share))
 
 
-def _conclude(report: Report, verdict: str, folder: ResultFolder, *, quiet: bool) -> int:
-    """Say what was reached, and last what was not; return the exit code."""
+def _conclude(report: Report, verdict: str, folder: ResultFolder, *, quiet: bool) -> None:
+    """Say what was reached, and last what was not."""
     if not quiet:
         say(table(report.rows()), sys.stdout)
         if verdict:
             say(f"\n{verdict}\n", sys.stdout)
         say(f"written to {folder.target}", sys.stdout)
-    if folder.set_aside is not None:
-        say(f"packgen: the former folder, which had other files, is now {folder.set_aside}", sys.stderr)
+    for line in folder.notes:
+        say(f"packgen: {line}", sys.stderr)
     for line in report.warnings:
         say(f"packgen: warning: {line}", sys.stderr)
     for line in report.missed:
         say(f"packgen: missed: {line}", sys.stderr)
-    return 1 if report.missed else 0
+    if folder.unvalidated:
+        say(f"packgen: interrupted before the bed was judged, it is in {folder.target}", sys.stderr)

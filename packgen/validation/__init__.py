@@ -14,11 +14,14 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from packgen.bed import Bed
 from packgen.errors import SolverError
+from packgen.leftovers import SCRATCH, owner
+from packgen.stopping import held
 from packgen.validation import lammps, liggghts, yade
 from packgen.validation.prediction import PredictedForces, predicted_forces
 from packgen.validation.process import SOLVERS, find_solver
@@ -81,13 +84,25 @@ def validate(
     find_solver(solver)
     if bed.count == 0:
         raise SolverError(f"{solver}: the bed holds no spheres: nothing to validate")
-    with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
-        folder = Path(scratch) / "deck"
+    with _scratch() as scratch:
+        folder = scratch / "deck"
         try:
             shutil.copytree(deck_folder, folder, ignore=shutil.ignore_patterns("post", "log.*"))
         except (OSError, shutil.Error) as error:
             raise SolverError(f"{solver}: the deck cannot be copied: {error}") from error
         return _MEASURES[solver](bed, folder, limits or Limits(), on_progress)
+
+
+@contextmanager
+def _scratch() -> Iterator[Path]:
+    """Make a temporary folder; it is named after this process, so that a later one removes it if need be."""
+    with held():
+        path = Path(tempfile.mkdtemp(prefix=f"{SCRATCH}{owner()}-"))
+    try:
+        yield path
+    finally:
+        with held():
+            shutil.rmtree(path, ignore_errors=True)
 
 
 assert set(_MEASURES) == set(SOLVERS)

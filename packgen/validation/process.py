@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import IO
 
 from packgen.errors import SolverError
+from packgen.stopping import held
 
 # The executable and Debian's package of each solver that validation can run.
 SOLVERS = MappingProxyType(
@@ -72,24 +73,25 @@ def run_solver(
     # Through a pipe LIGGGHTS loses the message of a fatal error, unless lines are sent at once.
     unbuffer = [found, "-oL"] if (found := shutil.which("stdbuf")) else []
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "LC_ALL": "C"}
-    try:
-        process = subprocess.Popen(
-            [*unbuffer, *command], cwd=folder, env=environment, start_new_session=True,
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-    except OSError as error:
-        raise SolverError(f"{name}: does not start: {error}") from error
     tail: deque[str] = deque(maxlen=TAIL_LINES)
-    try:
-        for line in _lines(process, name, tail, silence_max, seconds_max):
-            if on_line is not None:
-                on_line(line)
-        code = process.wait(timeout=silence_max)
-    except subprocess.TimeoutExpired:
-        what = f"hangs: it closed its output and did not end in {silence_max:g} s"
-        raise SolverError(_message(name, what, tail)) from None
-    finally:
-        _end(process)
+    with contextlib.ExitStack() as ends:
+        try:
+            with held():  # no stop between its start and the care for its end
+                process = subprocess.Popen(
+                    [*unbuffer, *command], cwd=folder, env=environment, start_new_session=True,
+                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                )  # fmt: skip
+                ends.callback(_end, process)
+        except OSError as error:
+            raise SolverError(f"{name}: does not start: {error}") from error
+        try:
+            for line in _lines(process, name, tail, silence_max, seconds_max):
+                if on_line is not None:
+                    on_line(line)
+            code = process.wait(timeout=silence_max)
+        except subprocess.TimeoutExpired:
+            what = f"hangs: it closed its output and did not end in {silence_max:g} s"
+            raise SolverError(_message(name, what, tail)) from None
     if code < 0:
         killed = signal.Signals(-code).name
         hint = "; was there enough memory?" if -code == signal.SIGKILL else ""
@@ -156,7 +158,9 @@ def _read(stream: IO[bytes], lines: queue.Queue[bytes | None], stopped: threadin
 
 def _end(process: subprocess.Popen[bytes]) -> None:
     """Leave nothing of the solver running, whatever happened: Ctrl-C, a time limit, an error."""
-    if process.poll() is None:
+    with held():
+        if process.poll() is not None:
+            return
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()

@@ -293,7 +293,7 @@ def test_a_disk_that_fills_up_ends_the_run_with_a_remedy(scene, core, capsys, mo
     assert not Path("box").exists()
 
 
-def test_a_validation_that_is_interrupted_leaves_the_bed(scene, core, capsys, monkeypatch):
+def test_a_validation_that_is_interrupted_leaves_the_bed_beside(scene, core, capsys, monkeypatch):
     core()
 
     def validate(*_, **__):
@@ -301,10 +301,13 @@ def test_a_validation_that_is_interrupted_leaves_the_bed(scene, core, capsys, mo
 
     monkeypatch.setattr("packgen.validation.find_solver", lambda _: Path("liggghts"))
     monkeypatch.setattr("packgen.validation.validate", validate)
-    assert main([scene, "--validate", "--solver", "liggghts,yade", "--quiet"]) == 1
-    assert "missed: liggghts: interrupted before it was done" in capsys.readouterr().err
-    found = json.loads(Path("box/validation.json").read_text())
-    assert (found["passed"], list(found["errors"])) == (False, ["liggghts"])
+    assert main([scene, "--validate", "--solver", "liggghts,yade", "--quiet"]) == 130
+    lines = capsys.readouterr().err.splitlines()
+    assert "missed: liggghts: interrupted before it was done" in lines[0]
+    assert lines[-1].endswith(f"it is in {Path('box.unvalidated').resolve()}")
+    found = json.loads(Path("box.unvalidated/validation.json").read_text())
+    assert (found["passed"], found["interrupted"], list(found["errors"])) == (False, True, ["liggghts"])
+    assert not Path("box").exists()
 
 
 @pytest.mark.parametrize(
