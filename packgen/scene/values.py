@@ -26,6 +26,7 @@ __all__ = [
 
 ABOVE_ZERO = "greater than 0"
 NAME_RULE = "a name of at most 64 letters (A-Z, a-z), digits, _ - or ., with a letter, digit or _ first"
+TILT_MIN = 1.0e-6  # of the largest component: a smaller one of a direction of gravity is rounding
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _LETTERS: dict[Any, str] = {"x": "x", "y": "y", "z": "z", 0: "x", 1: "y", 2: "z"}
@@ -155,9 +156,12 @@ def _axis(value: Any) -> Unit3:
 
 
 def _direction(value: Any) -> Unit3:
-    """Return where things fall: a letter says up, a vector says down."""
+    """Return where things fall: a letter says up, a vector says down; a hair off an axis is the axis."""
     x, y, z = _axis(value)
-    return (0.0 - x, 0.0 - y, 0.0 - z) if isinstance(value, str) else (x, y, z)
+    if isinstance(value, str):
+        return (0.0 - x, 0.0 - y, 0.0 - z)
+    largest = max(abs(x), abs(y), abs(z))
+    return _axis([each if abs(each) >= TILT_MIN * largest else 0.0 for each in (x, y, z)])
 
 
 def _letter(value: Any) -> str | None:
