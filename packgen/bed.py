@@ -148,7 +148,7 @@ class Bed:
 
 
 def is_askew(along: Float64Array, periodic: tuple[bool, bool, bool]) -> bool:
-    """Return whether a unit vector (3,) is neither along nor across an axis along which a box wraps around."""
+    """Return whether a unit vector (3,) is neither along nor across an axis of a box that wraps around."""
     share = np.abs(np.asarray(along, float))[list(periodic)]
     return bool(((share >= SHARE_ROUNDING) & (share < 1.0 - SHARE_ROUNDING)).any())
 

@@ -37,6 +37,7 @@ KINDS = {
     "Density": "density > 0 [kg/m3]",
     "Direction": "x, y, z (up), -x, -y, -z, or the vector that points down",
     "FilePath": "file, relative to the scene",
+    "Flag": "true or false",
     "Fraction": "number from 0 to 1",
     "Fractions": "list of numbers from 0 to 1",
     "Length": "length [m]",

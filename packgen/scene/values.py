@@ -18,8 +18,8 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Fraction", "Fractions", "Keys",
-    "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
+    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction", "Fractions",
+    "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
     "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure", "PrimitiveAxis", "Seed",
     "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
 ]  # fmt: skip
@@ -188,6 +188,12 @@ def _periodic(value: Any) -> tuple[bool, bool, bool]:
     return ("x" in letters, "y" in letters, "z" in letters)
 
 
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
+
+
 def _name(value: Any) -> str:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         raise ValueError(f"{NAME_RULE}; put a name that looks like a number into quotes")
@@ -238,6 +244,7 @@ Direction = Annotated[Unit3, BeforeValidator(_direction)]
 PrimitiveAxis = Annotated[Unit3, BeforeValidator(_primitive_axis)]
 AxisIndex = Annotated[Unit3, BeforeValidator(_slice_axis)]
 Periodic = Annotated[tuple[bool, bool, bool], BeforeValidator(_periodic)]
+Flag = Annotated[bool, BeforeValidator(_flag)]
 Name = Annotated[str, BeforeValidator(_name)]
 FilePath = Annotated[Path, BeforeValidator(_file)]
 LengthUnit = Literal["m", "cm", "mm", "um", "in", "ft"]
