@@ -151,7 +151,9 @@ def default(field: Any) -> str:
     if isinstance(value, tuple) and all(isinstance(each, bool) for each in value):
         return ""
     return (
-        str(list(value))
+        str(value).lower()
+        if isinstance(value, bool)
+        else str(list(value))
         if isinstance(value, tuple)
         else f"{value:g}"
         if isinstance(value, float)
@@ -161,7 +163,9 @@ def default(field: Any) -> str:
 
 def keys_of(model: type) -> str:
     """Return the table of a mapping of the scene."""
-    meaning, annotations = attributes(model) or attributes(Material), {}
+    meaning, annotations = attributes(model), {}
+    if model is models.MaterialSpec:  # most of its keys are a material's own attributes
+        meaning = attributes(Material) | meaning
     for base in reversed(model.__mro__):
         annotations |= inspect.get_annotations(base)
     rows = [
