@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from pydantic import Field
 
-from exporters import deck, liggghts
+from exporters import deck, lengths, liggghts
 from packgen.bed import Bed
+from packgen.errors import ExportError
 
 NAME = "cfdem"
 TEMPLATES = {
@@ -38,9 +40,16 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     """Write the case's DEM half into an existing folder and return the paths of its files.
 
     Raises:
-        ExportError: LIGGGHTS cannot take the bed.
+        ExportError: LIGGGHTS cannot take the bed, or not in metres.
     """
     deck.check_exportable(bed, NAME)
+    if liggghts.length_unit(bed, options) != 1.0:
+        size = np.ptp(bed.container.bounds, axis=0).max()
+        raise ExportError(
+            f"cfdem: found a container of {size:.3g} m, expected {lengths.MESH_SIZE_MIN:g} to"
+            f" {lengths.MESH_SIZE_MAX:g} m: LIGGGHTS' mesh walls want other units there, and CFD has metres;"
+            " scale the scene, or take a box or an upright cylinder, whose walls are no mesh"
+        )
     (folder / "DEM").mkdir(exist_ok=True)
     paths = liggghts.write(bed, folder / "DEM", options)
     values = liggghts.deck_values(bed, options) | {

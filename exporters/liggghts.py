@@ -7,6 +7,9 @@ leaves the second out, so that another script can ``include`` the deck unedited;
 
 Neighbours are listed by ``bin`` for every range of sizes: with ``multi`` Debian's LIGGGHTS 3.8.0 lists none
 at all, and spheres fall through each other (found by running it).
+
+Where the walls are a mesh that is too small or too large for LIGGGHTS in metres, the deck is in another unit
+of length and says so, see ``exporters.lengths``.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from exporters import contact, deck, lammps_data, particulate, walls
+from exporters import contact, deck, lammps_data, lengths, particulate, walls
 from packgen.bed import Bed, Material
 from packgen.errors import ExportError
 
@@ -57,8 +60,10 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
     check_materials(types.materials)
+    unit = length_unit(bed, options)
+    bed = lengths.in_unit(bed, unit)
     facets = walls.wall_facets(bed.container) if has_wall else None
-    values = _values(bed, types, facets, options)
+    values = _values(bed, types, facets, options) | lengths.unit_values(unit)
     paths = [deck.write_text(folder / "in.bed", deck.render("liggghts/in.bed.j2", values, options.templates))]
     box = _simulation_box(bed, facets)
     paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box))
@@ -68,7 +73,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
-    """Return what the templates of LIGGGHTS place, for decks that are made of it.
+    """Return what the templates of LIGGGHTS place, for decks that are made of it and that are in SI units.
 
     Raises:
         ExportError: LIGGGHTS cannot take the bed.
@@ -76,6 +81,12 @@ def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
     return _values(bed, types, walls.wall_facets(bed.container) if has_wall else None, options)
+
+
+def length_unit(bed: Bed, options: Options) -> float:
+    """Return the unit of length [m] of a bed's deck: 1 but for meshes that LIGGGHTS does not take."""
+    has_mesh = walls.has_wall(bed) and _primitives(bed, options) is None
+    return lengths.mesh_unit(bed.container) if has_mesh else 1.0
 
 
 def check_materials(materials: tuple[Material, ...]) -> None:
@@ -87,13 +98,17 @@ def check_materials(materials: tuple[Material, ...]) -> None:
     particulate.check_materials(NAME, materials, restitution_min=RESTITUTION_MIN)
 
 
+def _primitives(bed: Bed, options: Options) -> tuple[walls.PrimitiveWall, ...] | None:
+    return walls.primitive_walls(bed.container) if options.walls == "auto" else None
+
+
 def _simulation_box(bed: Bed, facets: walls.Facets | None) -> lammps_data.Float64Array:
     return lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
 
 
 def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options: Options) -> dict[str, Any]:
     """Return what the template places."""
-    primitives = walls.primitive_walls(bed.container) if options.walls == "auto" else None
+    primitives = _primitives(bed, options)
     if facets is not None and len(facets.triangles) == 0 and primitives is None:
         raise ExportError(
             f"{NAME}: no facet of the container's surface is usable; check the mesh and its units"

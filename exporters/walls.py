@@ -280,9 +280,7 @@ def write_stl(path: Path, triangles: Float64Array, *, binary: bool = False) -> P
         row = np.dtype([("facet", "<f4", (4, 3)), ("attribute", "<u2")])
         rows = np.zeros(len(triangles), dtype=row)
         rows["facet"] = np.concatenate((normal[:, None], triangles), axis=1)
-        path.write_bytes(
-            b"packgen wall, metres".ljust(80, b"\0") + np.uint32(len(rows)).tobytes() + rows.tobytes()
-        )
+        path.write_bytes(b"packgen wall".ljust(80, b"\0") + np.uint32(len(rows)).tobytes() + rows.tobytes())
         return path
     with path.open("w", encoding="ascii", newline="\n") as file:
         file.write("solid wall\n")

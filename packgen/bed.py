@@ -27,8 +27,10 @@ from packgen.geometry import (
 
 __all__ = [
     "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
-    "Surface", "with_images",
+    "Surface", "is_askew", "with_images",
 ]  # fmt: skip
+
+SHARE_ROUNDING = 1.0e-12  # of a unit vector, along an axis: a smaller part is rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +147,12 @@ class Bed:
         return np.zeros(3) if self.endless else self.gravity
 
 
+def is_askew(along: Float64Array, periodic: tuple[bool, bool, bool]) -> bool:
+    """Return whether a unit vector (3,) is neither along nor across an axis of a box that wraps around."""
+    share = np.abs(np.asarray(along, float))[list(periodic)]
+    return bool(((share >= SHARE_ROUNDING) & (share < 1.0 - SHARE_ROUNDING)).any())
+
+
 def with_images(bed: Bed, along: Float64Array | None = None) -> tuple[Float64Array, Float64Array]:
     """Return a bed's spheres and, where its container is periodic, their images that reach into it.
 
@@ -161,12 +169,12 @@ def with_images(bed: Bed, along: Float64Array | None = None) -> tuple[Float64Arr
     """
     position, radius = bed.position, bed.radius
     low, high = bed.container.bounds
+    if along is not None and is_askew(along, bed.container.periodic):
+        raise ValueError("slab: its planes are askew to a direction in which the container is periodic")
     for axis in range(3):
         share = 1.0 if along is None else abs(float(along[axis]))
-        if not bed.container.periodic[axis] or share < 1e-12:
+        if not bed.container.periodic[axis] or share < SHARE_ROUNDING:
             continue
-        if share < 1.0 - 1e-12:
-            raise ValueError("slab: its planes are askew to a direction in which the container is periodic")
         step = (high[axis] - low[axis]) * np.eye(3)[axis]
         wrapped = position - step * np.floor((position[:, [axis]] - low[axis]) / step[axis])
         near_low = wrapped[:, axis] - radius < low[axis]

@@ -37,6 +37,7 @@ KINDS = {
     "Density": "density > 0 [kg/m3]",
     "Direction": "x, y, z (up), -x, -y, -z, or the vector that points down",
     "FilePath": "file, relative to the scene",
+    "Flag": "true or false",
     "Fraction": "number from 0 to 1",
     "Fractions": "list of numbers from 0 to 1",
     "Length": "length [m]",
@@ -150,7 +151,9 @@ def default(field: Any) -> str:
     if isinstance(value, tuple) and all(isinstance(each, bool) for each in value):
         return ""
     return (
-        str(list(value))
+        str(value).lower()
+        if isinstance(value, bool)
+        else str(list(value))
         if isinstance(value, tuple)
         else f"{value:g}"
         if isinstance(value, float)
@@ -160,7 +163,9 @@ def default(field: Any) -> str:
 
 def keys_of(model: type) -> str:
     """Return the table of a mapping of the scene."""
-    meaning, annotations = attributes(model) or attributes(Material), {}
+    meaning, annotations = attributes(model), {}
+    if model is models.MaterialSpec:  # most of its keys are a material's own attributes
+        meaning = attributes(Material) | meaning
     for base in reversed(model.__mro__):
         annotations |= inspect.get_annotations(base)
     rows = [

@@ -19,12 +19,12 @@ from packgen.cli.looks import write_looks
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.progress import Listener, Share, show_progress
 from packgen.cli.screen import say, table
-from packgen.errors import ExportError, PackgenError, SolverError
+from packgen.errors import ExportError, PackgenError, SceneError, SolverError
 from packgen.results import DISK_FULL, ResultFolder
 from packgen.stopping import answer, held, stop_seen, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
-    from packgen.bed import Bed
+    from packgen.bed import Bed, Container
     from packgen.report import Report
     from packgen.scene import Scene
 
@@ -75,7 +75,7 @@ def run_scene(options: argparse.Namespace, ending: Ending) -> int:
         plan = _plan(options)
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder:
-        bed, report = _make(plan.scene, options, watch)
+        bed, report = _make(plan, options, watch)
         warnings = list(report.warnings)
         unreached, verdict = _write(bed, plan, folder, options, watch, warnings)
         missed, warned = (*report.missed, *unreached), tuple(warnings)
@@ -136,7 +136,7 @@ def _names(given: Sequence[str]) -> list[str]:
     return [name.strip() for each in given for name in each.split(",") if name.strip()]
 
 
-def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[Bed, Report]:
+def _make(plan: _Plan, options: argparse.Namespace, watch: Stopwatch) -> tuple[Bed, Report]:
     """Pack the scene and measure the bed."""
     from packgen.arrange.pack import pack
     from packgen.check import check_bed, wall_clearance
@@ -144,9 +144,11 @@ def _make(scene: Scene, options: argparse.Namespace, watch: Stopwatch) -> tuple[
     from packgen.measure.order import WALL_REACH
     from packgen.report import build_report
 
+    scene = plan.scene
     warnings: list[str] = []
     with watch.stage("container"):
         container = load_container(scene, warnings.append)
+        _check_softness(plan, container, warnings)
     of_container = tuple(warnings)
     with watch.stage("arrange"), show_progress(sys.stderr, quiet=options.quiet) as listener:
         try:
@@ -178,6 +180,24 @@ def _warn(warnings: list[str], line: str) -> None:
     """Say what looks wrong while there is time to stop the run, and keep it for the last lines."""
     say(f"packgen: warning: {line}", sys.stderr)
     warnings.append(line)
+
+
+def _check_softness(plan: _Plan, container: Container, warnings: list[str]) -> None:
+    """Say before the run what the bed's weight does to its spheres.
+
+    Raises:
+        PackgenError: It squeezes them through each other, or the scene's amounts make no sense.
+    """
+    from packgen.container.amounts import checked_locations
+    from packgen.softness import check_softness
+
+    solver = any(hasattr(exporter, "check_materials") for exporter in plan.exporters.values())
+    try:
+        for line in check_softness(plan.scene, container, for_solver=solver):
+            _warn(warnings, line)
+    except SceneError:
+        checked_locations(plan.scene, container)  # a wrong unit is the nearer cause, and is said first
+        raise
 
 
 def _write(

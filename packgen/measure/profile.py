@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed, with_images
+from packgen.bed import Bed, is_askew, with_images
 from packgen.measure.fraction import against_gravity
 from packgen.measure.volumes import container_volume_below, mean_diameter, sphere_volume, volume_below
 
@@ -42,7 +42,7 @@ def height_profile(bed: Bed) -> HeightProfile:
     Returns:
         The profile; empty for a bed without spheres, and for an endless one whose gravity is askew.
     """
-    if bed.endless and float(np.abs(bed.down).max()) < 1.0 - 1e-12:
+    if bed.endless and is_askew(bed.down, bed.container.periodic):
         return HeightProfile((), ())
     sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
     if not sound.any():

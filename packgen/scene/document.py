@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
 from packgen.scene.sets import ParticleSetSpec
-from packgen.scene.values import Acceleration, Direction, Keys, Name, Seed, Unit3
+from packgen.scene.values import Acceleration, Direction, Flag, Keys, Name, Seed, Unit3
 
 __all__ = ["COLLECTIVE_ARRANGEMENT", "ForeignSceneFile", "SceneFile"]
 
@@ -35,6 +35,7 @@ class SceneFile(Keys):
         params: Settings of the algorithm; a plug-in's are its own.
         particle_sets: The kinds of spheres.
         materials: Materials for the solver decks, by name.
+        allow_soft: ``allow_soft`` of every material.
         wall_material: Name of the walls' material; None: that of the first set.
         zones: What to fill, in this order; left out: the whole container until it is full.
         validation: Limits of a solver's verdict.
@@ -48,6 +49,7 @@ class SceneFile(Keys):
     params: Params = Params()
     particle_sets: Annotated[tuple[ParticleSetSpec, ...], AfterValidator(_not_empty)]
     materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
+    allow_soft: Flag = False
     wall_material: Name | None = None
     zones: Annotated[tuple[ZoneSpec, ...], AfterValidator(_not_empty)] = (ZoneSpec(),)
     validation: ValidationSpec = ValidationSpec()

@@ -44,6 +44,7 @@ class Scene:
         raw_params: What the file says under ``params``, for algorithms that come from elsewhere.
         particle_sets: The sets, names and materials filled in; each with its ``distribution``.
         materials: Declared and used materials, defaults filled in.
+        soft_materials: Names of the materials whose spheres may be squeezed out of shape.
         wall_material: Name of the walls' material.
         zones: The zones in the order of filling, proportions filled in.
         validation: Limits of a solver's verdict.
@@ -59,6 +60,7 @@ class Scene:
     raw_params: Mapping[str, Any]
     particle_sets: tuple[SetKeys, ...]
     materials: tuple[Material, ...]
+    soft_materials: frozenset[str]
     wall_material: str
     zones: tuple[ZoneSpec, ...]
     validation: ValidationSpec
@@ -144,6 +146,9 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         raw_params=MappingProxyType(dict(marked.data.get("params") or {})),
         particle_sets=sets,
         materials=tuple(_material(name, declared.get(name)) for name in names),
+        soft_materials=frozenset(
+            name for name in names if document.allow_soft or (name in declared and declared[name].allow_soft)
+        ),
         wall_material=wall,
         zones=zones,
         validation=document.validation,
@@ -197,7 +202,7 @@ def _stand_in(values: Any) -> list[float] | None:
 
 
 def _material(name: str, spec: MaterialSpec | None) -> Material:
-    return Material(name, **(spec or MaterialSpec()).model_dump())
+    return Material(name, **(spec or MaterialSpec()).model_dump(exclude={"allow_soft"}))
 
 
 def _without_echoes(faults: list[Fault]) -> list[Fault]:

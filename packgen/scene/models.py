@@ -15,6 +15,7 @@ from packgen.scene.values import (
     AxisIndex,
     Count,
     FilePath,
+    Flag,
     Fraction,
     Fractions,
     Keys,
@@ -248,13 +249,19 @@ class Params(Keys):
 
 
 class MaterialSpec(Keys):
-    """A material as solver decks and, its friction, the arrangement need it; see ``packgen.bed.Material``."""
+    """A material as solver decks and, its friction, the arrangement need it; see ``packgen.bed.Material``.
+
+    Attributes:
+        allow_soft: Whether spheres may be so soft that the bed's weight presses them half a radius or more
+            into each other; false: such a scene is refused.
+    """
 
     youngs_modulus: Pressure = 1.0e8
     poissons_ratio: PoissonsRatio = 0.3
     restitution: Fraction = 0.5
     friction: NonNegative = 0.5
     rolling_friction: NonNegative = 0.0
+    allow_soft: Flag = False
 
 
 class ValidationSpec(Keys):

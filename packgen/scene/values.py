@@ -18,14 +18,15 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Fraction", "Fractions", "Keys",
-    "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
+    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction", "Fractions",
+    "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
     "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure", "PrimitiveAxis", "Seed",
     "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"
 NAME_RULE = "a name of at most 64 letters (A-Z, a-z), digits, _ - or ., with a letter, digit or _ first"
+TILT_MIN = 1.0e-6  # of the largest component: a smaller one of a direction of gravity is rounding
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _LETTERS: dict[Any, str] = {"x": "x", "y": "y", "z": "z", 0: "x", 1: "y", 2: "z"}
@@ -145,7 +146,7 @@ def _axis(value: Any) -> Unit3:
             raise ValueError("a vector that is not zero")
         # Scaled first: squares of very large or very small numbers leave float64's range.
         scaled = [each / largest for each in vector]
-        length = math.hypot(*scaled)
+        length = math.sqrt(sum(each * each for each in scaled))
         return (scaled[0] / length, scaled[1] / length, scaled[2] / length)
     if isinstance(value, str) and value.lstrip("-") in _AXES and len(value) <= 2:
         sign = -1.0 if value.startswith("-") else 1.0
@@ -155,9 +156,12 @@ def _axis(value: Any) -> Unit3:
 
 
 def _direction(value: Any) -> Unit3:
-    """Return where things fall: a letter says up, a vector says down."""
+    """Return where things fall: a letter says up, a vector says down; a hair off an axis is the axis."""
     x, y, z = _axis(value)
-    return (0.0 - x, 0.0 - y, 0.0 - z) if isinstance(value, str) else (x, y, z)
+    if isinstance(value, str):
+        return (0.0 - x, 0.0 - y, 0.0 - z)
+    largest = max(abs(x), abs(y), abs(z))
+    return _axis([each if abs(each) >= TILT_MIN * largest else 0.0 for each in (x, y, z)])
 
 
 def _letter(value: Any) -> str | None:
@@ -182,6 +186,12 @@ def _periodic(value: Any) -> tuple[bool, bool, bool]:
     if None in letters or len(set(letters)) != len(letters):
         raise ValueError("a list of different axes such as [x, y]")
     return ("x" in letters, "y" in letters, "z" in letters)
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
 
 
 def _name(value: Any) -> str:
@@ -234,6 +244,7 @@ Direction = Annotated[Unit3, BeforeValidator(_direction)]
 PrimitiveAxis = Annotated[Unit3, BeforeValidator(_primitive_axis)]
 AxisIndex = Annotated[Unit3, BeforeValidator(_slice_axis)]
 Periodic = Annotated[tuple[bool, bool, bool], BeforeValidator(_periodic)]
+Flag = Annotated[bool, BeforeValidator(_flag)]
 Name = Annotated[str, BeforeValidator(_name)]
 FilePath = Annotated[Path, BeforeValidator(_file)]
 LengthUnit = Literal["m", "cm", "mm", "um", "in", "ft"]

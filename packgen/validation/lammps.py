@@ -38,7 +38,8 @@ def _contact_input(_deck: str) -> str:
     return CONTACTS
 
 
-def _read_contacts(bed: Bed, folder: Path, contact_force: Float64Array) -> FirstForces:
+def _read_contacts(bed: Bed, folder: Path, contact_force: Float64Array, unit: float) -> FirstForces:
+    assert unit == 1.0, "LAMMPS has no meshes: its decks are in metres"
     rows = read_dump(folder / "packgen_pairs.dump", 6)
     first, second = rows[:, 0].astype(np.int64) - 1, rows[:, 1].astype(np.int64) - 1
     overlap = bed.radius[first] + bed.radius[second] - rows[:, 2]

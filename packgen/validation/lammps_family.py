@@ -2,7 +2,8 @@
 
 ``-var setup_only 1`` ends the deck's ``in.bed`` before its own run. What is added is the computes and dumps
 of the contacts, or of the positions, and ``run``. Sphere ids are the indices in the bed plus one; dumps are
-not sorted. The two programs differ in their computes of contacts and in what they tell of walls: `Dialect`.
+not sorted. A deck in another unit of length than metres says which, and all is told in SI. The two programs
+differ in their computes of contacts and in what they tell of walls: `Dialect`.
 """
 
 from __future__ import annotations
@@ -64,7 +65,8 @@ class Dialect:
         version: Pattern of what it calls itself.
         contact_input: Returns the lines that dump the contacts of the deck with this text.
         read_contacts: Returns the contacts at step 0 from the dumps in a folder; arguments: the bed, the
-            folder, and the forces on the spheres without their weight [N], shape (N, 3).
+            folder, the forces on the spheres without their weight [N], shape (N, 3), and the deck's unit of
+            length [m].
         budget_share: Returns the share of the work budget that the gravity run of a bed gets: what a step of
             LIGGGHTS costs, as a fraction of what this solver's costs.
     """
@@ -73,7 +75,7 @@ class Dialect:
     format_word: str
     version: str
     contact_input: Callable[[str], str]
-    read_contacts: Callable[[Bed, Path, Float64Array], FirstForces]
+    read_contacts: Callable[[Bed, Path, Float64Array, float], FirstForces]
     budget_share: Callable[[Bed], float] = lambda _bed: 1.0
 
 
@@ -91,10 +93,14 @@ def measure(
     """
     notify = on_progress or (lambda _stage, _share: None)
     notify("step 0", 0.0)
-    output, start, zero = _run_step_zero(dialect, bed, folder, limits)
-    timestep = _printed_number(dialect.name, output, "packgen timestep")
+    text = _deck_text(dialect.name, folder)
+    unit = length_unit(text)
+    output, start, zero = _run_step_zero(dialect, bed, folder, limits, text)
+    timestep = unit * _printed_number(dialect.name, output, "packgen timestep")
     try:
-        run = _run_gravity(dialect, bed, folder, limits, timestep, lambda share: notify("gravity run", share))
+        run = _run_gravity(
+            dialect, bed, folder, limits, timestep, unit, lambda share: notify("gravity run", share)
+        )
     except SolverError as error:  # a bed that is no bed can end the solver: say what step 0 knew of it
         raise SolverError(f"{error}\nin the gravity run of a bed with, at step 0: {zero}") from error
     version = re.search(dialect.version, "\n".join(output))
@@ -109,20 +115,22 @@ def measure(
 
 
 def _run_step_zero(
-    dialect: Dialect, bed: Bed, folder: Path, limits: Limits
+    dialect: Dialect, bed: Bed, folder: Path, limits: Limits, deck: str
 ) -> tuple[tuple[str, ...], Float64Array, StepZero]:
-    """Return output, positions by id (N, 3), and the verdict's numbers on the forces."""
-    contacts = dialect.contact_input(_deck_text(dialect.name, folder))
-    text = STEP_ZERO.format(contacts=contacts, line=dialect.format_word)
+    """Return output, positions by id [m] (N, 3), and the verdict's numbers on the forces."""
+    unit = length_unit(deck)
+    text = STEP_ZERO.format(contacts=dialect.contact_input(deck), line=dialect.format_word)
     output = _run(dialect.name, folder, STEP_ZERO_INPUT, text, limits, START_SECONDS, None)
     try:
         spheres = read_dump(folder / "packgen_spheres.dump", 8)
         spheres = spheres[np.argsort(spheres[:, 0], kind="stable")]
         if not np.array_equal(spheres[:, 0], np.arange(1, bed.count + 1)):
             raise SolverError(f"loaded {len(spheres)} spheres, expected ids 1 to {bed.count}")
+        spheres[:, 1:5] *= unit
+        spheres[:, 5:8] *= unit**2
         check_loaded(bed, spheres[:, 1:4], spheres[:, 4])
         contact_force = spheres[:, 5:8] - law.sphere_mass(bed)[:, None] * bed.acceleration
-        found = dialect.read_contacts(bed, folder, contact_force)
+        found = dialect.read_contacts(bed, folder, contact_force, unit)
     except SolverError as error:
         raise SolverError(f"{dialect.name}: {error}; it said:\n{describe_output(output)}") from error
     return output, spheres[:, 1:4], step_zero(bed, *found)
@@ -134,6 +142,7 @@ def _run_gravity(
     folder: Path,
     limits: Limits,
     timestep: float,
+    unit: float,
     on_share: Callable[[float], None],
 ) -> Trajectory:
     allowed = replace(limits, work_budget=dialect.budget_share(bed) * limits.work_budget)
@@ -163,8 +172,8 @@ def _run_gravity(
         steps=steps,
         steps_wanted=wanted,
         index=rows[:, 0].astype(np.int64) - 1,
-        position=rows[:, 1:4],
-        energy=np.array([energy for _, energy in samples]),
+        position=unit * rows[:, 1:4],
+        energy=unit**3 * np.array([energy for _, energy in samples]),
     )
 
 
@@ -189,6 +198,15 @@ def _deck_text(solver: str, folder: Path) -> str:
         return (folder / "in.bed").read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise SolverError(f"{solver}: the deck's input cannot be read: {error}") from error
+
+
+def length_unit(deck: str) -> float:
+    """Return the unit of length [m] that a deck's text states; 1 where it states none.
+
+    Times are in as many seconds, forces in its square of newtons, energies in its cube of joules.
+    """
+    found = re.search(r"^variable length_unit index (\S+)$", deck, re.MULTILINE)
+    return float(found[1]) if found else 1.0
 
 
 def _numbers(line: str) -> tuple[float, float, float, float] | None:

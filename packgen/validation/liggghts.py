@@ -35,16 +35,22 @@ def _contact_input(deck: str) -> str:
     )
 
 
-def _read_contacts(bed: Bed, folder: Path, contact_force: Float64Array) -> FirstForces:
-    rows = read_dump(folder / "packgen_pairs.dump", 7)
+def _read_contacts(bed: Bed, folder: Path, contact_force: Float64Array, unit: float) -> FirstForces:
+    rows = _in_si(read_dump(folder / "packgen_pairs.dump", 7), unit)
     pairs = _contacts(rows, 0, 1)
     if (folder / "packgen_walls.dump").exists():
-        walls = _contacts(read_dump(folder / "packgen_walls.dump", 7), 2, None)
+        walls = _contacts(_in_si(read_dump(folder / "packgen_walls.dump", 7), unit), 2, None)
         return pairs, walls, listed_error(bed, walls)
     wall_force = contact_force.copy()
     for column, sign in ((0, 1.0), (1, -1.0)):
         np.subtract.at(wall_force, rows[:, column].astype(np.int64) - 1, sign * rows[:, 3:6])
     return pairs, *primitive_contacts(bed, wall_force)
+
+
+def _in_si(rows: Float64Array, unit: float) -> Float64Array:
+    """Return rows of three indices, a force and an overlap in newtons and metres, shape (C, 7)."""
+    in_si: Float64Array = rows * np.array([1.0, 1.0, 1.0, *3 * [unit**2], unit])
+    return in_si
 
 
 def _contacts(rows: Float64Array, first: int, second: int | None) -> Contacts:

@@ -49,3 +49,13 @@ def test_the_profile_of_an_endless_bed_holds_all_its_spheres_and_has_no_surface(
     found = solid_fraction(bed)
     assert found.top == 1.0
     assert found.filled == pytest.approx(solid / container.volume, rel=1e-12)
+
+
+@pytest.mark.parametrize("tilt", [1e-13, 1e-9, 1e-7, 1.1e-6, 1e-5, 1e-3, 0.1, 1.0])
+@pytest.mark.parametrize("periodic", [(True, False, True), (True, True, True), (False, True, True)])
+def test_a_bed_whose_gravity_is_any_bit_askew_to_its_periodic_axes_has_a_profile_or_none(periodic, tilt):
+    container = box_container((0, 0, 0), (2, 2, 2), periodic)
+    for gravity in ([tilt, 0, -1], [0, tilt, -1], [tilt, tilt, -1]):
+        bed = make_bed([[1, 1, 0.5]], 0.4, container, gravity=9.81 * np.array(gravity))
+        profile = height_profile(bed)
+        assert len(profile.height) in (0, len(profile.solid_fraction) + 1)

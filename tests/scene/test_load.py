@@ -12,6 +12,7 @@ import pytest
 from packgen.bed import Material
 from packgen.scene import BoxSpec, ConeSpec, CylinderSpec, Params, SphereSpec
 from tests.scene.texts import BOX, SETS, load
+from tests.scenes import box, constant, read_scene
 
 # Fig. 9 of the paper, with the blanks that its print has in some keys.
 FIGURE_9 = """\
@@ -178,3 +179,19 @@ def test_reading_a_scene_loads_nothing_heavy(tmp_path: Path) -> None:
     )
     command = [sys.executable, "-c", code, str(tmp_path / "scene.yaml")]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize("tilt", [1e-300, 1e-9, 9e-7])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_gravity_a_hair_off_an_axis_points_along_the_axis(tmp_path, axis, tilt):
+    vector = [tilt, -tilt, tilt]
+    vector[axis] = -2.0
+    scene, _ = read_scene(tmp_path, box((0, 0, 0), (1, 1, 1)), constant(0.1), gravity_axis=vector)
+    wanted = [0.0, 0.0, 0.0]
+    wanted[axis] = -1.0
+    assert list(scene.gravity_direction) == wanted
+
+
+def test_a_tilt_of_gravity_that_is_more_than_rounding_stays(tmp_path):
+    scene, _ = read_scene(tmp_path, box((0, 0, 0), (1, 1, 1)), constant(0.1), gravity_axis=[2e-6, 0.0, -1.0])
+    assert scene.gravity_direction[0] == pytest.approx(2e-6)
