@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from tests.fuzz.__main__ import main
-from tests.fuzz.decks import _of_rows
+from tests.fuzz.decks import judge_rows
 from tests.fuzz.generator import Case, Zone, make_case
 from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, overlaps, read_bed
 from tests.fuzz.laws import curve, random_law, stepped
@@ -192,12 +192,12 @@ def test_a_deck_that_loses_spheres_or_pushes_them_is_found_out(tmp_path):
     case = case_of(tmp_path)
     bed = read_bed(write_result(tmp_path) / "bed.npz")
     rows = np.column_stack([LATTICE, np.ones(8), np.zeros((8, 3))])
-    assert _of_rows(case, bed, rows, 8) == []
-    assert "7 at step" in _of_rows(case, bed, rows, 7)[0]
+    assert judge_rows(case, bed, rows, 8) == []
+    assert "7 at step" in judge_rows(case, bed, rows, 7)[0]
     pushed, shifted = rows.copy(), rows.copy()
     pushed[3, 5], shifted[0, 0] = 1e8, 1.001
-    assert "sphere 3 is pushed" in _of_rows(case, bed, pushed, 8)[0]
-    assert "not those of bed.npz" in _of_rows(case, bed, shifted, 8)[0]
+    assert "sphere 3 is pushed" in judge_rows(case, bed, pushed, 8)[0]
+    assert "not those of bed.npz" in judge_rows(case, bed, shifted, 8)[0]
 
 
 def test_bodies_know_how_far_a_point_is_inside():

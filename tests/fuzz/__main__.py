@@ -64,6 +64,7 @@ def _summary(outcomes: Sequence[Outcome], seconds: float) -> str:
         "exit codes "
         + ", ".join(f"{code}: {count}" for code, count in sorted(codes.items()))
         + f"; {sum(bool(each.broken) for each in outcomes)} broken on purpose, {refused} others refused; "
+        f"{sum(bool(each.loaded) for each in outcomes)} decks loaded; "
         f"{sum(bool(each.faults) for each in outcomes)} with faults"
     )
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.fuzz.generator import Case
-from tests.fuzz.judge import Bed
+from tests.fuzz.judge import Bed, read_bed
 from tests.fuzz.solids import Array
 
 PROGRAMS = {"liggghts": "liggghts", "lammps": "lmp", "yade": "yade"}
@@ -47,8 +47,10 @@ def installed() -> list[str]:
     return [name for name, program in PROGRAMS.items() if shutil.which(program)]
 
 
-def judge_deck(case: Case, bed: Bed, folder: Path, solver: str) -> list[str]:
-    """Load a deck by its solver; return what is wrong. The folder, a copy, is written to."""
+def judge_deck(case: Case, solver: str) -> list[str]:
+    """Let a solver load the deck in a scene's result, in a copy of its folder; return what is wrong."""
+    bed, folder = read_bed(case.folder / "out" / "bed.npz"), case.folder / f"run_{solver}"
+    shutil.copytree(case.folder / "out" / solver, folder)
     command = {"liggghts": ["liggghts", "-in", "fuzz.in", "-log", "none", "-var", "setup_only", "1"],
                "lammps": ["lmp", "-in", "fuzz.in", "-log", "none", "-var", "setup_only", "1"],
                "yade": ["yade", "-n", "-x", "-j1", "fuzz.py"]}[solver]  # fmt: skip
@@ -65,7 +67,7 @@ def judge_deck(case: Case, bed: Bed, folder: Path, solver: str) -> list[str]:
         lines = [line for line in said.splitlines() if "ERROR" in line or "Error" in line]
         return [f"{solver}: exit code {done.returncode}: {(lines or said.splitlines()[-1:])[:2]}"]
     rows, left = _yade_rows(folder) if solver == "yade" else _dumped_rows(folder)
-    return [f"{solver}: {each}" for each in _of_rows(case, bed, rows, left)]
+    return [f"{solver}: {each}" for each in judge_rows(case, bed, rows, left)]
 
 
 def _dumped_rows(folder: Path) -> tuple[Array, int]:
@@ -79,7 +81,7 @@ def _yade_rows(folder: Path) -> tuple[Array, int]:
         return file["rows"], int(file["left"])
 
 
-def _of_rows(case: Case, bed: Bed, rows: Array, left: int) -> list[str]:
+def judge_rows(case: Case, bed: Bed, rows: Array, left: int) -> list[str]:
     """Return what is wrong with rows of position, radius and force (N, 7) at step 0."""
     if len(rows) != len(bed.radius) or left != len(bed.radius):
         return [f"{len(rows)} spheres at step 0, {left} at step {STEPS}, the bed has {len(bed.radius)}"]

@@ -19,7 +19,7 @@ EXPORTERS = ("liggghts", "lammps", "yade", "vtk", "csv", "cfdem", "fraction", "m
 COUNT_MAX = 800
 FULL_MAX = 1000  # spheres of a zone that is filled until full
 DENSITY_OF_BEDS = 0.55
-POINTS = 1500
+POINTS = 600
 ADAM_MAX = 20.0
 AXES = {"x": (-1, 0, 0), "y": (0, -1, 0), "z": (0, 0, -1), "-x": (1, 0, 0), "-y": (0, 1, 0), "-z": (0, 0, 1)}
 
@@ -94,7 +94,7 @@ def make_case(number: int, folder: Path) -> Case:
     axis, down = _gravity(rng)
     laws = _laws(rng, folder)
     sets = [{**law.spec, **_set_keys(rng, index)} for index, law in enumerate(laws)]
-    wanted = float(np.exp(rng.uniform(0.0, np.log(COUNT_MAX))))
+    wanted = float(COUNT_MAX ** rng.beta(1.0, 1.4))
     params = _params(rng)
     adam = params.get("optimizer") == "adam"
     wanted = min(wanted, ADAM_MAX) if adam else wanted
@@ -274,7 +274,7 @@ def _ask(
     kind = rng.random()
     if kind < 0.25 and full < FULL_MAX and not must:
         return
-    part = rng.uniform(0.05, 0.8) if kind < 0.85 else rng.uniform(0.8, 1.3)
+    part = rng.uniform(0.05, 0.6) if kind < 0.88 else rng.uniform(0.6, 1.3)
     files = [
         law.radius.size / each for law, each in zip(laws, share, strict=True) if law.listed and each > 0.0
     ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import shutil
 import signal
 import threading
 import time
@@ -17,7 +16,7 @@ from typing import NoReturn
 import numpy as np
 
 from packgen.cli import main
-from tests.fuzz.decks import installed, judge_deck
+from tests.fuzz.decks import judge_deck
 from tests.fuzz.generator import Case, make_case
 from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, read_bed
 from tests.fuzz.mutations import break_case
@@ -31,7 +30,7 @@ SOLVED_EACH = 100  # and one is loaded by a solver where solvers are asked for
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a scene: exit code, spheres, seconds, and a line for each fault."""
+    """What became of a scene: exit code, spheres, seconds, a line a fault, and the solver that loaded it."""
 
     number: int
     code: int
@@ -39,6 +38,7 @@ class Outcome:
     seconds: float
     faults: tuple[str, ...]
     broken: str = ""
+    loaded: str = ""
 
 
 def run_number(
@@ -54,9 +54,11 @@ def run_number(
     """
     case = make_case(number, folder)
     solver = solvers[number // every % len(solvers)] if solvers and number % every == every // 2 else ""
+    broken = number % BROKEN_EACH == BROKEN_EACH // 2 + 1
+    solver = "" if broken else solver
     if solver and solver not in case.exports:
         case.exports.append(solver)
-    if number % BROKEN_EACH == BROKEN_EACH // 2 + 1:
+    if broken:
         break_case(case, np.random.default_rng([number, 23]))
     start = time.perf_counter()
     code, said = run_command([str(case.path), "-o", str(folder / "out"), *case.arguments])
@@ -65,11 +67,13 @@ def run_number(
         faults = [] if case.broken else [f"not done after {SECONDS_MAX:g} s"]
         return Outcome(number, code, 0, seconds, tuple(faults), case.broken)
     faults = judge(case, code, said)
-    if solver and not faults and code in (0, 1):
-        faults = _solved(case, solver)
+    # A bed without spheres has no deck; nor has one whose refusal the judge has seen.
+    loaded = solver if code in (0, 1) and not faults and (folder / "out" / solver).is_dir() else ""
+    if loaded:
+        faults = judge_deck(case, loaded)
     if not faults and code in (0, 1) and number % AGAIN_EACH == AGAIN_EACH // 2:
         faults = _again(case)
-    return Outcome(number, code, _count(folder), seconds, tuple(faults), case.broken)
+    return Outcome(number, code, _count(folder), seconds, tuple(faults), case.broken, loaded)
 
 
 def judge(case: Case, code: int, said: str) -> list[str]:
@@ -118,16 +122,6 @@ def _stopped(seconds: float) -> Iterator[None]:
 def _count(folder: Path) -> int:
     path = folder / "out" / "bed.npz"
     return len(read_bed(path).radius) if path.exists() else 0
-
-
-def _solved(case: Case, solver: str) -> list[str]:
-    """Let a solver load the deck; a bed without spheres or a refusal that is said has none."""
-    bed, deck = read_bed(case.folder / "out" / "bed.npz"), case.folder / "out" / solver
-    if case.broken or solver not in installed() or len(bed.radius) == 0 or not deck.is_dir():
-        return []
-    copy = case.folder / f"run_{solver}"
-    shutil.copytree(deck, copy)
-    return judge_deck(case, bed, copy, solver)
 
 
 def _again(case: Case) -> list[str]:
