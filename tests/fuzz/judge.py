@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,11 +50,12 @@ def read_bed(path: Path) -> Bed:
     return Bed(**arrays)
 
 
-def judge_refusal(text: str, output: Path) -> list[str]:
-    """Return what is wrong with a run that ended with exit code 2."""
+def judge_refusal(text: str, output: Path, exports: Sequence[str] = ()) -> list[str]:
+    """Return what is wrong with a run that ended with exit code 2; an exporter's name is a place, too."""
     lines = text.splitlines()
     faults = judge_lines(text)
-    if not any(re.search(r"scene\.yaml(:\d+){0,2}: ", line) for line in lines):
+    places = "|".join([r"scene\.yaml(:\d+){0,2}", *(rf"packgen: {name}" for name in exports)])
+    if not any(re.search(rf"({places}): ", line) for line in lines):
         faults.append(f"refused without a place: {lines[-1:]}")
     left = [each.name for each in output.parent.iterdir() if output.name in each.name]
     return faults + [f"refused, but {name} is there" for name in left]
@@ -198,7 +199,7 @@ def of_places(case: Case, bed: Bed) -> list[str]:
         own = np.flatnonzero(bed.zone_index == index)
         if zone.location is None or len(own) == 0:
             continue
-        depth = -zone.location.clearance(bed.position[own])
+        depth = -np.max([zone.location.clearance(each) for each in _images(case, bed.position[own])], axis=0)
         if not _bounds_centres(zone, case):
             depth += bed.radius[own]
         if (depth > allowed[own]).any():
@@ -208,6 +209,19 @@ def of_places(case: Case, bed: Bed) -> list[str]:
                 f"{own[worst]} by {depth[worst] / bed.radius[own[worst]]:.3g} r"
             )
     return faults
+
+
+def _images(case: Case, position: Array) -> list[Array]:
+    """Return positions (N, 3) twice a periodic axis: centres on one of its sides are on the other one, too."""
+    images = [position]
+    box = case.container
+    for axis in np.flatnonzero(box.periodic) if isinstance(box, Box) else ():
+        period = box.high[axis] - box.low[axis]
+        step = np.eye(3)[axis] * period
+        on_low = position[:, [axis]] - box.low[axis] < ROUNDING * period
+        on_high = box.high[axis] - position[:, [axis]] < ROUNDING * period
+        images += [np.where(on_low, each + step, np.where(on_high, each - step, each)) for each in images]
+    return images
 
 
 def _bounds_centres(zone: Zone, case: Case) -> bool:

@@ -30,7 +30,7 @@ SOLVED_EACH = 100  # and one is loaded by a solver where solvers are asked for
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a scene: exit code, spheres, seconds, a line a fault, and the solver that loaded it."""
+    """What became of a scene: exit code, spheres, seconds of the processor, faults, and the solver that loaded it."""
 
     number: int
     code: int
@@ -60,9 +60,9 @@ def run_number(
         case.exports.append(solver)
     if broken:
         break_case(case, np.random.default_rng([number, 23]))
-    start = time.perf_counter()
+    start = time.process_time()
     code, said = run_command([str(case.path), "-o", str(folder / "out"), *case.arguments])
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     if code == INTERRUPTED:  # a broken scene may ask for a bed without end
         faults = [] if case.broken else [f"not done after {SECONDS_MAX:g} s"]
         return Outcome(number, code, 0, seconds, tuple(faults), case.broken)
@@ -80,7 +80,7 @@ def judge(case: Case, code: int, said: str) -> list[str]:
     """Return what is wrong with a run by its exit code, its error stream and its folder ``out``."""
     output = case.folder / "out"
     if code == 2:
-        return judge_refusal(said, output)
+        return judge_refusal(said, output, case.exports)
     if code not in (0, 1):
         return [f"exit code {code}"]
     return judge_lines(said) + judge_folder(case, output, code)
@@ -102,7 +102,7 @@ def run_command(arguments: list[str], seconds_max: float = SECONDS_MAX) -> tuple
 
 @contextlib.contextmanager
 def _stopped(seconds: float) -> Iterator[None]:
-    """Interrupt what takes longer, as Ctrl-C does; only in a main thread."""
+    """Interrupt what takes more of the processor's time, as Ctrl-C does; only in a main thread."""
 
     def stop(_number: int, _frame: FrameType | None) -> NoReturn:
         raise KeyboardInterrupt
@@ -110,13 +110,13 @@ def _stopped(seconds: float) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    former = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    former = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, former)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, former)
 
 
 def _count(folder: Path) -> int:
