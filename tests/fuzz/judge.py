@@ -212,6 +212,7 @@ def of_places(case: Case, bed: Bed) -> list[str]:
 
 
 def _images(case: Case, position: Array) -> list[Array]:
+        images = _images(case, bed.position[own])
     """Return positions (N, 3) twice a periodic axis: centres on one of its sides are on the other one, too."""
     images = [position]
     box = case.container

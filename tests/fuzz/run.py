@@ -30,7 +30,7 @@ SOLVED_EACH = 100  # and one is loaded by a solver where solvers are asked for
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a scene: exit code, spheres, seconds of the processor, faults, and the solver that loaded it."""
+    """What became of a scene: exit code, spheres, the processor's seconds, faults, solver that loaded it."""
 
     number: int
     code: int
