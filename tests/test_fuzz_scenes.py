@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 from dataclasses import replace
@@ -17,7 +18,7 @@ from tests.fuzz.generator import Case, Zone, make_case
 from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, overlaps, read_bed
 from tests.fuzz.laws import curve, random_law, stepped
 from tests.fuzz.mutations import break_case
-from tests.fuzz.run import judge
+from tests.fuzz.run import judge, run_command
 from tests.fuzz.shapes import CLOSED, OPEN_TOPPED, random_mesh, random_primitive
 from tests.fuzz.solids import Ball, Box, Cone, Hull, Slab, Solidmesh
 
@@ -198,6 +199,20 @@ def test_a_deck_that_loses_spheres_or_pushes_them_is_found_out(tmp_path):
     pushed[3, 5], shifted[0, 0] = 1e8, 1.001
     assert "sphere 3 is pushed" in judge_rows(case, bed, pushed, 8)[0]
     assert "not those of bed.npz" in judge_rows(case, bed, shifted, 8)[0]
+
+
+def test_a_scene_without_end_is_stopped_and_ctrl_c_ends_the_fuzzer(tmp_path, monkeypatch):
+    def endless(_arguments):
+        with contextlib.suppress(KeyboardInterrupt):
+            while True:
+                pass
+        return 130
+
+    monkeypatch.setattr("tests.fuzz.run.main", endless)
+    assert run_command([], 0.05) == (130, "")
+    monkeypatch.setattr("tests.fuzz.run.main", lambda _arguments: 130)
+    with pytest.raises(KeyboardInterrupt):
+        run_command([])
 
 
 def test_bodies_know_how_far_a_point_is_inside():

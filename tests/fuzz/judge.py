@@ -199,7 +199,8 @@ def of_places(case: Case, bed: Bed) -> list[str]:
         own = np.flatnonzero(bed.zone_index == index)
         if zone.location is None or len(own) == 0:
             continue
-        depth = -np.max([zone.location.clearance(each) for each in _images(case, bed.position[own])], axis=0)
+        images = _images(case, bed.position[own])
+        depth = -np.max([zone.location.clearance(each) for each in images], axis=0)
         if not _bounds_centres(zone, case):
             depth += bed.radius[own]
         if (depth > allowed[own]).any():
@@ -212,8 +213,7 @@ def of_places(case: Case, bed: Bed) -> list[str]:
 
 
 def _images(case: Case, position: Array) -> list[Array]:
-        images = _images(case, bed.position[own])
-    """Return positions (N, 3) twice a periodic axis: centres on one of its sides are on the other one, too."""
+    """Return positions (N, 3), for each periodic axis again: on one of its sides is on the other one, too."""
     images = [position]
     box = case.container
     for axis in np.flatnonzero(box.periodic) if isinstance(box, Box) else ():

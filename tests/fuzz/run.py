@@ -88,8 +88,11 @@ def judge(case: Case, code: int, said: str) -> list[str]:
 
 def run_command(arguments: list[str], seconds_max: float = SECONDS_MAX) -> tuple[int, str]:
     """Run packgen in this process; return the exit code and what it said on the error stream."""
-    errors = io.StringIO()
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors), _stopped(seconds_max):
+    errors, late = io.StringIO(), threading.Event()
+    streams = contextlib.ExitStack()
+    streams.enter_context(contextlib.redirect_stdout(io.StringIO()))
+    streams.enter_context(contextlib.redirect_stderr(errors))
+    with streams, _stopped(seconds_max, late):
         try:
             code = main(arguments)
         except KeyboardInterrupt:
@@ -97,14 +100,17 @@ def run_command(arguments: list[str], seconds_max: float = SECONDS_MAX) -> tuple
         except BaseException as error:
             errors.write(f"Traceback: {type(error).__name__}: {error}\n")
             code = -1
+    if code == INTERRUPTED and not late.is_set():  # somebody wants the fuzzer to end, not the scene
+        raise KeyboardInterrupt
     return code, errors.getvalue()
 
 
 @contextlib.contextmanager
-def _stopped(seconds: float) -> Iterator[None]:
+def _stopped(seconds: float, late: threading.Event) -> Iterator[None]:
     """Interrupt what takes more of the processor's time, as Ctrl-C does; only in a main thread."""
 
     def stop(_number: int, _frame: FrameType | None) -> NoReturn:
+        late.set()
         raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():
