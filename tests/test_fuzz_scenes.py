@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from tests.fuzz.__main__ import main
-from tests.fuzz.decks import judge_rows
+from tests.fuzz.decks import installed, judge_deck, judge_rows
 from tests.fuzz.generator import Case, Zone, make_case
 from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, overlaps, read_bed
 from tests.fuzz.laws import curve, random_law, stepped
@@ -199,6 +199,20 @@ def test_a_deck_that_loses_spheres_or_pushes_them_is_found_out(tmp_path):
     pushed[3, 5], shifted[0, 0] = 1e8, 1.001
     assert "sphere 3 is pushed" in judge_rows(case, bed, pushed, 8)[0]
     assert "not those of bed.npz" in judge_rows(case, bed, shifted, 8)[0]
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("solver", installed())
+def test_a_deck_that_its_solver_refuses_is_found_out(tmp_path, solver):
+    case = case_of(tmp_path, exports=[solver], options=["--no-report", "--seed", "1"])
+    case.write()
+    code, said = run_command([str(case.path), "-o", str(tmp_path / "out"), *case.arguments])
+    assert judge(case, code, said) == []
+    assert judge_deck(case, solver) == []
+    shutil.rmtree(tmp_path / f"run_{solver}")
+    deck = tmp_path / "out" / solver / ("bed.py" if solver == "yade" else "in.bed")
+    deck.write_text(deck.read_text() + "\nno_such_command\n")
+    assert f"{solver}: exit code" in str(judge_deck(case, solver))
 
 
 def test_a_scene_without_end_is_stopped_and_ctrl_c_ends_the_fuzzer(tmp_path, monkeypatch):
