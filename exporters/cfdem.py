@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from exporters import deck, lengths, liggghts
+from exporters import liggghts
+from exporters.shared import deck, lengths
 from packgen.bed import Bed
 from packgen.errors import ExportError
 

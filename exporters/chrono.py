@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from exporters import deck, table
+from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "chrono"

@@ -21,7 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FilePath, model_validator
 
-from exporters import cells, deck, meshcells, table, vtkxml
+from exporters.fields import grid_cells as cells
+from exporters.fields import mesh_cells as meshcells
+from exporters.shared import deck, table, vtkxml
 from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from exporters import deck, table
+from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "kratos"

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from exporters import contact, deck, lammps_data, lammps_walls, particulate, walls
+from exporters.shared import contact, deck, lammps_data, particulate
+from exporters.walls import facets as walls
+from exporters.walls import lammps_regions as lammps_walls
 from packgen.bed import Bed, Material
 
 NAME = "lammps"

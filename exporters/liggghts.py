@@ -9,7 +9,7 @@ Neighbours are listed by ``bin`` for every range of sizes: with ``multi`` Debian
 at all, and spheres fall through each other (found by running it).
 
 Where the walls are a mesh that is too small or too large for LIGGGHTS in metres, the deck is in another unit
-of length and says so, see ``exporters.lengths``.
+of length and says so, see ``exporters.shared.lengths``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from exporters import contact, deck, lammps_data, lengths, particulate, walls
+from exporters.shared import contact, deck, lammps_data, lengths, particulate
+from exporters.walls import facets as walls
+from exporters.walls.stl import write_stl
 from packgen.bed import Bed, Material
 from packgen.errors import ExportError
 
@@ -68,7 +70,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     box = _simulation_box(bed, facets)
     paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box))
     if facets is not None:
-        paths.append(walls.write_stl(folder / "wall.stl", facets.triangles, binary=options.stl == "binary"))
+        paths.append(write_stl(folder / "wall.stl", facets.triangles, binary=options.stl == "binary"))
     return paths
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from exporters import deck, table
+from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "mfix"

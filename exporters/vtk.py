@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from exporters import contact, deck, vtkxml, walls
+from exporters.shared import contact, deck, vtkxml
+from exporters.walls import facets as walls
 from packgen.bed import Bed
 
 NAME = "vtk"

@@ -24,9 +24,11 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from exporters import contact, deck, particulate, table, walls
-from exporters.edges import edge_uses
-from packgen.arrays import unique_rows
+from exporters.shared import contact, deck, particulate, table
+from exporters.walls import facets as walls
+from exporters.walls.edges import edge_uses
+from exporters.walls.stl import write_stl
+from packgen.arrays import Float64Array, unique_rows
 from packgen.bed import Bed, Container, Material
 from packgen.errors import ExportError
 
@@ -92,7 +94,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     columns = [*bed.position.T, bed.radius, bed.set_index]
     paths.append(table.write_rows(folder / "bed.txt", columns, head="#format x_y_z_r_matId\n"))
     if len(facets):
-        paths.append(walls.write_stl(folder / "wall.stl", facets))
+        paths.append(write_stl(folder / "wall.stl", facets))
     return paths
 
 
@@ -162,7 +164,7 @@ def rolling(bed: Bed, types: contact.Types) -> dict[str, float] | None:
     return {"coefficient": mean / 2, "stiffness": stiffness * effective_radius**2}
 
 
-def _walls(container: Container) -> tuple[list[tuple[int, float]], walls.Float64Array]:
+def _walls(container: Container) -> tuple[list[tuple[int, float]], Float64Array]:
     """Return the planes (axis, position), and the corners [m] of the facets that lie on none, (F, 3, 3)."""
     # YADE takes narrow facets, and counts the edges of wider ones twice.
     triangles = walls.wall_facets(container, angle_min=0.0).triangles
@@ -173,7 +175,7 @@ def _walls(container: Container) -> tuple[list[tuple[int, float]], walls.Float64
     return planes, triangles[~on_plane]
 
 
-def facets_at_once(bed: Bed, facets: walls.Float64Array) -> int:
+def facets_at_once(bed: Bed, facets: Float64Array) -> int:
     """Return the most facets that one sphere touches: whose plane is that close, and whose box reaches it.
 
     Args:
@@ -199,7 +201,7 @@ def facets_at_once(bed: Bed, facets: walls.Float64Array) -> int:
     return most
 
 
-def flat_walls(triangles: walls.Float64Array) -> list[tuple[int, float]]:
+def flat_walls(triangles: Float64Array) -> list[tuple[int, float]]:
     """Return the planes (axis, position) that bound the container across x, y or z and are closed walls.
 
     Such a plane may be infinite: nothing of the container is beyond it. A rim around an open top is none.

@@ -33,11 +33,11 @@ from packgen.measure import (
     sizes,
     solid_fraction_with,
 )
+from packgen.measure.forces import PredictedForces, predicted_forces
+from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
-from packgen.validation.law import mean_weight
-from packgen.validation.prediction import PredictedForces, predicted_forces
 
 THREADS = 2
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import yaml
 
-from packgen.arrange.pack import PackResult, pack
 from packgen.check import check_bed
 from packgen.container import load_container
+from packgen.filling.pack import PackResult, pack
 from packgen.geometry import Container
 from packgen.scene import Scene, load_scene
 

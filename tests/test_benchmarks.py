@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from exporters.meshcells import planes_of
+from exporters.fields.mesh_cells import planes_of
 from packgen.check import check_bed
 from tests.beds import box_container, make_bed
 
@@ -151,7 +151,7 @@ def test_scaling_says_the_ratios_and_whether_the_beds_depend_on_the_threads():
 
 
 def test_two_sizes_have_the_mass_share_and_the_mean_volume_that_are_said():
-    from packgen.radii import Supply
+    from packgen.supply.supply import Supply
 
     scene, container = columns.read_scene(scaling.two_sizes(40_000, 0))
     supply = Supply(scene.zones[0], scene.particle_sets, np.random.default_rng(0))

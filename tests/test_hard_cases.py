@@ -13,12 +13,12 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from packgen.arrange.projection import settle
-from packgen.arrange.recipe import Recipe
-from packgen.arrange.walls import wall_table
+from packgen.arrange.projection.recipe import Recipe
+from packgen.arrange.projection.settle import settle
+from packgen.arrange.space.walls import wall_table
 from packgen.errors import PackingError
 from packgen.geometry import Box
-from packgen.radii import Supply
+from packgen.supply.supply import Supply
 from tests.scenes import box, constant, read_scene, run_scene, uniform
 
 pytestmark = pytest.mark.filterwarnings("error")

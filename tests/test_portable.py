@@ -113,28 +113,18 @@ UNPORTABLE = {
     "power", "sin", "sinh", "tan", "tanh", "tensordot", "vdot",
 }  # fmt: skip
 LIBRARIES = {"np", "numpy", "math", "torch"}
-TORCH_FORMS = ("adam", "objective", "amsgrad", "plain", "neighbors")
+TORCH_FORMS = ("arrange/adam/", "torch_")
 """What torch computes, whose sums differ by instruction set: the paper's algorithm, and the oracle."""
+
+PLACES = ("arrange", "distributions", "geometry", "supply")
+"""Packages whose digits a bed depends on."""
 
 
 def of_a_bed() -> list[Path]:
     """Modules whose digits a bed depends on."""
-    arrange = [
-        path
-        for path in ROOT.glob("packgen/arrange/**/*.py")
-        if not any(path.stem.startswith(each) for each in TORCH_FORMS)
-    ]
-    others = (
-        "geometry.py",
-        "portable.py",
-        "radii.py",
-        "fitting.py",
-        "shares.py",
-        "mixtures.py",
-        "container/convex.py",
-    )
-    laws = ROOT.glob("packgen/distributions/*.py")
-    return sorted([*arrange, *laws, *(ROOT / "packgen" / each for each in others)])
+    found = [path for place in PLACES for path in ROOT.glob(f"packgen/{place}/**/*.py")]
+    found += [ROOT / "packgen" / each for each in ("portable.py", "container/convex.py")]
+    return sorted(path for path in found if not any(each in path.as_posix() for each in TORCH_FORMS))
 
 
 def unportable(path: Path) -> Iterator[str]:
@@ -159,9 +149,9 @@ ALLOWED = {
     # Starting points of searches in exact numbers, and bounds.
     "packgen/portable.py": {"cbrt", "**"},
     # Signs of whole turns, far from their rounding.
-    "packgen/arrange/kernels/inside.py": {"atan2"},
+    "packgen/arrange/space/side_kernels.py": {"atan2"},
     # A whole power of two is exact.
-    "packgen/arrange/starts.py": {"**"},
+    "packgen/arrange/collective/starts.py": {"**"},
 }
 
 

@@ -29,7 +29,7 @@ from packgen.validation import results as validation
 
 PAGE = Path(__file__).resolve().parent / "reference.md"
 
-# The kinds of values in packgen.scene.values, by name; one that is missing here stops the script.
+# The kinds of values in packgen.values, by name; one that is missing here stops the script.
 KINDS = {
     "Acceleration": "acceleration > 0 [m/s2]",
     "AxisIndex": "0, 1, 2 or x, y, z",

@@ -20,8 +20,8 @@ import study
 import torch
 from study import columns
 
-from packgen.arrange.adam import AdamSettings, arrange_batch
-from packgen.arrange.objective import PlaneWalls, Weights, all_pairs_objective
+from packgen.arrange.adam.batch import AdamSettings, arrange_batch
+from packgen.arrange.adam.objective import PlaneWalls, Weights, all_pairs_objective
 
 NAME = "learning_rate"
 WIDTH, RADIUS = 2.0, 0.1  # m

@@ -22,12 +22,12 @@ import columns
 import machine
 import output
 
-from packgen.arrange.pack import pack
 from packgen.bed import Bed
 from packgen.bedfile import save_bed
 from packgen.check import check_bed
 from packgen.container import load_container
 from packgen.errors import PackgenError
+from packgen.filling.pack import pack
 from packgen.measure import solid_fraction
 from packgen.page import write_pictures
 from packgen.scene import Params, Scene

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrange.spheres import Pile
+from packgen.arrange.pile import Pile
 from packgen.arrays import Float64Array, Int64Array
 from packgen.portable import components, cube
-from packgen.shares import largest_remainder
+from packgen.supply.shares import largest_remainder
 
 TRIM_SHARE = 0.05
 """Largest share of a zone's volume of spheres that is taken out: where more is beyond the proportions, some

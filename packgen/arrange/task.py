@@ -13,7 +13,7 @@ from packgen.arrays import Float64Array
 from packgen.geometry import Container, Shape, Slice
 
 if TYPE_CHECKING:
-    from packgen.radii import Supply
+    from packgen.supply.supply import Supply
 
 
 @dataclass(frozen=True, slots=True)

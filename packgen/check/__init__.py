@@ -14,9 +14,8 @@ from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
 from packgen.check.walls import wall_clearance
-from packgen.geometry import Container
 
-__all__ = ["Check", "check_bed", "near_pairs", "period", "wall_clearance"]
+__all__ = ["Check", "check_bed", "near_pairs", "wall_clearance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +77,6 @@ class Check:
         return tuple(lines)
 
 
-def period(container: Container) -> tuple[float | None, float | None, float | None]:
-    """Return the length [m] after which the container repeats along x, y, z; None where it does not."""
-    lengths = container.bounds[1] - container.bounds[0]
-    x, y, z = (float(lengths[axis]) if container.periodic[axis] else None for axis in range(3))
-    return x, y, z
-
-
 def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     """Check every pair and every wall of a bed.
 
@@ -100,7 +92,7 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     position, radius = (bed.position, bed.radius) if sound.all() else (bed.position[index], bed.radius[index])
     overlap_max, worst_pair, overlap_sum, overlap_count, excess_count = 0.0, None, 0.0, 0, 0
     limit = np.inf if bed.tolerance is None else bed.tolerance
-    for pairs in near_pairs(position, radius, period=period(bed.container)):
+    for pairs in near_pairs(position, radius, period=bed.container.period):
         overlap = -pairs.gap / np.minimum(radius[pairs.first], radius[pairs.second])
         overlap_sum += float(overlap.sum())
         overlap_count += int(np.count_nonzero(overlap > 0.0))

@@ -17,7 +17,7 @@ from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
-from packgen.results import DISK_FULL
+from packgen.resultfolder import DISK_FULL
 from packgen.stopping import close, stop_seen, stoppable
 
 COMMANDS = ("report", "compare")

@@ -6,21 +6,20 @@ import argparse
 import json
 import shutil
 import sys
-import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from packgen.cli.ending import EXIT_INTERRUPTED, Ending
-from packgen.cli.looks import write_looks
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.progress import Listener, Share, show_progress
 from packgen.cli.screen import say, table
+from packgen.cli.stopwatch import Stopwatch, peak_memory
+from packgen.cli.visuals import write_looks
 from packgen.errors import ExportError, PackgenError, SceneError, SolverError
-from packgen.results import DISK_FULL, ResultFolder
+from packgen.resultfolder import DISK_FULL, ResultFolder
 from packgen.stopping import answer, held, stop_seen, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
@@ -29,32 +28,6 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.scene import Scene
 
 DEFAULT_SOLVER = "liggghts"
-
-
-class Stopwatch:
-    """Wall time of each stage [s], in the order of the stages."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time what is done inside."""
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
-
-
-def peak_memory() -> int | None:
-    """Return the largest memory that this process held so far [bytes]; None where it is not told."""
-    try:
-        import resource
-    except ImportError:  # not on Windows
-        return None
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
 
 
 @dataclass(frozen=True)
@@ -138,9 +111,9 @@ def _names(given: Sequence[str]) -> list[str]:
 
 def _make(plan: _Plan, options: argparse.Namespace, watch: Stopwatch) -> tuple[Bed, Report]:
     """Pack the scene and measure the bed."""
-    from packgen.arrange.pack import pack
     from packgen.check import check_bed, wall_clearance
     from packgen.container import load_container
+    from packgen.filling.pack import pack
     from packgen.measure.order import WALL_REACH
     from packgen.report import build_report
 
@@ -188,8 +161,8 @@ def _check_softness(plan: _Plan, container: Container, warnings: list[str]) -> N
     Raises:
         PackgenError: It squeezes them through each other, or the scene's amounts make no sense.
     """
-    from packgen.container.amounts import checked_locations
-    from packgen.softness import check_softness
+    from packgen.filling.fit import checked_locations
+    from packgen.filling.softness import check_softness
 
     solver = any(hasattr(exporter, "check_materials") for exporter in plan.exporters.values())
     try:

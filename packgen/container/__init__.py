@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from packgen.container.amounts import checked_locations
 from packgen.container.load import load_container, load_location
 
-__all__ = ["checked_locations", "load_container", "load_location"]
+__all__ = ["load_container", "load_location"]

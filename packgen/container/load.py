@@ -14,8 +14,8 @@ from packgen.container.meshfile import read_surface
 from packgen.container.openings import why_no_vessel
 from packgen.container.primitives import ball_surface, box_surface, cone_surface
 from packgen.container.shells import Vessel, sorted_vessel
-from packgen.container.steel import steel_remark
-from packgen.container.topology import stitched
+from packgen.container.stitching import stitched
+from packgen.container.thick_walls import steel_remark
 from packgen.errors import GeometryError
 from packgen.geometry import (
     Ball,
@@ -59,7 +59,7 @@ def load_container(scene: Scene, warn: Callable[[str], None] = lambda _: None) -
     corners = surface.vertices
     bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
     if isinstance(shape, Cone | Ball):
-        from packgen.arrange.region import shape_bounds
+        from packgen.geometry.bounds import shape_bounds
 
         bounds = np.stack(shape_bounds(shape))
     if not volume > 0.0:

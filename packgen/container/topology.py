@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from packgen.arrays import Float64Array, Int64Array, unique_rows
 from packgen.errors import GeometryError
@@ -84,56 +83,3 @@ def with_consistent_winding(surface: Surface) -> tuple[Surface, int]:
     faces = np.asarray(mesh.faces, np.int64)
     turned = int((faces != surface.faces).any(axis=1).sum())
     return Surface(surface.vertices, faces), turned
-
-
-STITCHES_MAX = 20
-
-
-def stitched(surface: Surface) -> Surface:
-    """Return the surface without T-junctions: facets are divided where another's corner lies on their edge.
-
-    Nothing moves: the surface as a set of points stays what it is, only cracks without width close.
-    """
-    extent = float(np.ptp(surface.vertices, axis=0).max())
-    for _ in range(STITCHES_MAX):
-        edges = boundary_edges(surface)
-        if len(edges) == 0:
-            return surface
-        divided = _divided(surface, edges, 1e-6 * extent)
-        if divided is None:
-            return surface
-        surface = divided
-    return surface
-
-
-def _divided(surface: Surface, edges: Int64Array, slack: float) -> Surface | None:
-    """Return the surface with each open edge divided at one corner that lies on it; None where none does."""
-    vertices = surface.vertices
-    rim = np.unique(edges)
-    tree = cKDTree(vertices[rim])
-    ends = vertices[edges]
-    middle, reach = ends.mean(axis=1), 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    split: dict[tuple[int, int], int] = {}
-    for (a, b), near in zip(edges.tolist(), tree.query_ball_point(middle, reach), strict=True):
-        candidates = rim[np.array(near, np.int64)]
-        candidates = candidates[(candidates != a) & (candidates != b)]
-        along = vertices[b] - vertices[a]
-        length = float(np.linalg.norm(along))
-        away = vertices[candidates] - vertices[a]
-        place = away @ along / length
-        off = np.linalg.norm(away - place[:, None] * (along / length), axis=1)
-        on = np.flatnonzero((off <= slack) & (place > slack) & (place < length - slack))
-        if len(on):
-            split[a, b] = int(candidates[on[np.argmin(np.abs(place[on] - 0.5 * length))]])
-    if not split:
-        return None
-    faces: list[list[int]] = []
-    for face in surface.faces.tolist():
-        for k in range(3):
-            a, b, c = face[k], face[(k + 1) % 3], face[(k + 2) % 3]
-            if (a, b) in split:
-                faces += [[a, split[a, b], c], [split[a, b], b, c]]
-                break
-        else:
-            faces.append(face)
-    return Surface(vertices, np.array(faces, np.int64))

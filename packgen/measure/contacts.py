@@ -9,7 +9,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, add_at
 from packgen.bed import Bed
-from packgen.check import near_pairs, period, wall_clearance
+from packgen.check import near_pairs, wall_clearance
 
 GAPS = (0.0, 0.001, 0.01, 0.05)  # of the smaller radius
 HELD_MIN = 4  # contacts that a sphere needs to be held
@@ -84,7 +84,7 @@ def contacts_and_gaps(
     widest = max(*gaps, GAP_EDGES[-1])
     count = np.zeros((len(gaps), bed.count), dtype=np.int32)
     pair_count = np.zeros(len(GAP_EDGES), dtype=np.int64)
-    for pairs in near_pairs(bed.position, bed.radius, gap_fraction=widest, period=period(bed.container)):
+    for pairs in near_pairs(bed.position, bed.radius, gap_fraction=widest, period=bed.container.period):
         share = pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
         edge = np.searchsorted(GAP_EDGES, share)
         pair_count += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from packgen.arrays import Float64Array, Int32Array, add_at
 from packgen.bed import Bed
-from packgen.check import near_pairs, period, wall_clearance
+from packgen.check import near_pairs, wall_clearance
 from packgen.measure.core import Core
 
 NEIGHBOUR_GAP = (
@@ -84,7 +84,7 @@ def crystal_bonds(bed: Bed) -> Int32Array:
         Number of bonds of each sphere, shape (N,), int32.
     """
     first, second = _neighbours(bed)
-    lengths = period(bed.container)
+    lengths = bed.container.period
     order = np.zeros((bed.count, 13), dtype=np.float32)
     for piece in _pieces(len(first)):
         apart = bed.position[second[piece]] - bed.position[first[piece]]
@@ -111,7 +111,7 @@ def _neighbours(bed: Bed) -> tuple[Int32Array, Int32Array]:
     found = [
         (pairs.first.astype(np.int32), pairs.second.astype(np.int32))
         for pairs in near_pairs(
-            bed.position, bed.radius, gap_fraction=NEIGHBOUR_GAP, period=period(bed.container)
+            bed.position, bed.radius, gap_fraction=NEIGHBOUR_GAP, period=bed.container.period
         )
     ]
     none = np.zeros(0, dtype=np.int32)

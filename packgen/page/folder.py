@@ -13,7 +13,7 @@ from packgen.page.figures import side_by_side
 from packgen.page.html import comparison_html, report_html
 from packgen.page.picture import write_pictures
 from packgen.page.spheres import read_spheres, view_data
-from packgen.results import MANIFEST, PAGE
+from packgen.resultfolder import MANIFEST, PAGE
 
 COMPARISON = "compare.html"
 VALIDATION = "validation.json"

@@ -13,8 +13,8 @@ from packgen.distributions import Listed
 from packgen.scene.document import SceneFile
 from packgen.scene.faults import Fault, Said
 from packgen.scene.models import ZoneSpec
-from packgen.shares import expected_count, number_shares
-from packgen.yamlmarks import Location
+from packgen.scene.yamlmarks import Location
+from packgen.supply.shares import expected_count, number_shares
 
 __all__ = ["across", "fill_proportions", "of_amounts"]
 

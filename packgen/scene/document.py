@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
 from packgen.scene.sets import ParticleSetSpec
-from packgen.scene.values import Acceleration, Direction, Flag, Keys, Name, Seed, Unit3
+from packgen.values import Acceleration, Direction, Flag, Keys, Name, Seed, Unit3
 
 __all__ = ["COLLECTIVE_ARRANGEMENT", "ForeignSceneFile", "SceneFile"]
 

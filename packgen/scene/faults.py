@@ -11,8 +11,8 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from packgen.scene.values import Where
-from packgen.yamlmarks import Key, Location, MarkedData, path_text
+from packgen.scene.yamlmarks import Key, Location, MarkedData, path_text
+from packgen.values import Where
 
 __all__ = ["Fault", "Said", "faults_of", "known_keys", "lines_of"]
 

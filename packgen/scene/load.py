@@ -21,8 +21,8 @@ from packgen.scene.document import COLLECTIVE_ARRANGEMENT, ForeignSceneFile, Sce
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
 from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
 from packgen.scene.sets import SetKeys
-from packgen.scene.values import Unit3
-from packgen.yamlmarks import MarkedData, path_location, read_yaml
+from packgen.scene.yamlmarks import MarkedData, path_location, read_yaml
+from packgen.values import Unit3
 
 __all__ = ["DEFAULT_MATERIAL", "Scene", "load_scene"]
 

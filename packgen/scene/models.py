@@ -11,7 +11,8 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
-from packgen.scene.values import (
+from packgen.units import LENGTHS
+from packgen.values import (
     AxisIndex,
     Count,
     FilePath,
@@ -37,7 +38,6 @@ from packgen.scene.values import (
     WholeNumber,
     fault,
 )
-from packgen.units import LENGTHS
 
 __all__ = [
     "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "LocationSpec", "MaterialSpec", "Params",

@@ -12,7 +12,7 @@ from pydantic import Discriminator, model_validator
 
 from packgen import distributions
 from packgen.distributions import Distribution
-from packgen.scene.values import (
+from packgen.values import (
     Density,
     FilePath,
     Fractions,

@@ -21,9 +21,9 @@ from pathlib import Path
 from packgen.bed import Bed
 from packgen.errors import SolverError
 from packgen.leftovers import SCRATCH, owner
+from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.stopping import held
 from packgen.validation import lammps, liggghts, yade
-from packgen.validation.prediction import PredictedForces, predicted_forces
 from packgen.validation.process import SOLVERS, find_solver
 from packgen.validation.results import (
     GravityRun,

@@ -9,8 +9,8 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.errors import SolverError
-from packgen.validation import law
-from packgen.validation.prediction import pair_forces, primitive_wall_forces
+from packgen.measure import hertz as law
+from packgen.measure.forces import pair_forces, primitive_wall_forces
 
 FORCE_FLOOR = 1.0e-3  # mean sphere weights: smaller forces are compared with the law absolutely
 

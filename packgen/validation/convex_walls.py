@@ -15,7 +15,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Ball, Bed, Box, Cone, Polyhedron
 from packgen.errors import SolverError
-from packgen.validation import law
+from packgen.measure import hertz as law
 from packgen.validation.contacts import Contacts, law_error
 
 SAME_PLANE = 1.0e-4  # radians, and a tenth of it of the container's size: one wall, but for rounding

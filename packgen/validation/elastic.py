@@ -19,7 +19,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
-from packgen.check import near_pairs, period, wall_clearance
+from packgen.check import near_pairs, wall_clearance
 
 TINY = 1.0e-6  # radii; the step along the vertical by which a wall's normal is told
 
@@ -63,7 +63,7 @@ def _contacts(
     length = bed.container.bounds[1] - bed.container.bounds[0]
     wraps = np.array(bed.container.periodic)
     lows, highs, strains = [], [], []
-    for pairs in near_pairs(position, radius, period=period(bed.container)):
+    for pairs in near_pairs(position, radius, period=bed.container.period):
         distance = radius[pairs.first] + radius[pairs.second] + pairs.gap
         apart = position[pairs.second] - position[pairs.first]
         apart[:, wraps] -= length[wraps] * np.round(apart[:, wraps] / length[wraps])

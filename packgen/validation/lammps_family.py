@@ -18,7 +18,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.errors import SolverError
-from packgen.validation import law
+from packgen.measure import hertz as law
 from packgen.validation.contacts import Contacts
 from packgen.validation.dump import read_dump
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted

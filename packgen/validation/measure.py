@@ -10,10 +10,10 @@ from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check import wall_clearance
 from packgen.errors import SolverError
-from packgen.validation import law
+from packgen.measure import hertz as law
+from packgen.measure.forces import predicted_forces
 from packgen.validation.contacts import Contacts, pair_error
 from packgen.validation.elastic import elastic_sinking, up_direction
-from packgen.validation.prediction import predicted_forces
 from packgen.validation.results import GravityRun, Limits, StepZero
 
 POSITION_ERROR_MAX = 1.0e-9  # radii; the digits of the dumps

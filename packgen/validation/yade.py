@@ -16,7 +16,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.errors import SolverError
-from packgen.validation import law
+from packgen.measure import hertz as law
 from packgen.validation.contacts import Contacts, listed_error
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
 from packgen.validation.process import describe_output, find_solver, run_solver

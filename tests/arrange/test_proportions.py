@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
+from packgen.arrange.pile import Pile
 from packgen.arrange.proportions import TRIM_SHARE, surplus_of, trim_to_shares
-from packgen.arrange.spheres import Pile, Spheres
-from packgen.shares import largest_remainder
+from packgen.arrange.spheres import Spheres
+from packgen.supply.shares import largest_remainder
 from tests.scenes import box, constant, run_scene
 
 UP = np.array([0.0, 0.0, 1.0])

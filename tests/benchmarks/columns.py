@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from packgen.arrange.pack import pack
 from packgen.arrays import Float64Array
 from packgen.bed import Bed, ParticleSet
 from packgen.container import load_container
+from packgen.filling.pack import pack
 from packgen.geometry import Container
 from packgen.scene import Scene, load_scene
 

@@ -32,7 +32,7 @@ from pour import liggghts_installed, pour
 from packgen.bed import Bed
 from packgen.measure import box_fraction, contacts
 from packgen.measure.fraction import bed_top
-from packgen.mixtures import mixture_fraction
+from packgen.supply.mixtures import mixture_fraction
 
 LARGE = 0.006  # m
 ACROSS = 14.0  # large radii

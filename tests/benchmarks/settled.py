@@ -13,9 +13,10 @@ import numpy as np
 from exporters import liggghts
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
-from packgen.check import near_pairs, period, wall_clearance
+from packgen.check import near_pairs, wall_clearance
 from packgen.errors import SolverError
-from packgen.validation import Limits, SolverReport, law, validate
+from packgen.measure import hertz as law
+from packgen.validation import Limits, SolverReport, validate
 from packgen.validation.dump import read_dump
 from packgen.validation.process import run_solver
 
@@ -90,7 +91,7 @@ def _contacts(bed: Bed) -> tuple[Int64Array, Int64Array, Float64Array]:
     """Return the pairs that overlap: their spheres and the distances of their centres [m], each (P,)."""
     found = [
         (pairs.first, pairs.second, pairs.gap + bed.radius[pairs.first] + bed.radius[pairs.second])
-        for pairs in near_pairs(bed.position, bed.radius, period=period(bed.container))
+        for pairs in near_pairs(bed.position, bed.radius, period=bed.container.period)
     ]
     if not found:
         none = np.zeros(0, np.int64)

@@ -36,12 +36,12 @@ from columns import RADIUS, WIDTH, arrange, bed_of, column_document, column_heig
 from pour import liggghts_installed, pour
 from quality import quality
 
-from packgen.arrange.adam import AdamSettings
-from packgen.arrange.adam_zone import ZoneSpace, pack_zone_adam
-from packgen.arrange.objective import PlaneWalls
+from packgen.arrange.adam.batch import AdamSettings
+from packgen.arrange.adam.objective import PlaneWalls
+from packgen.arrange.adam.zone import ZoneSpace, pack_zone_adam
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
-from packgen.radii import Supply
+from packgen.supply.supply import Supply
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 SPHEROPACK_FRACTIONS = (0.58, 0.60)

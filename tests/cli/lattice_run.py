@@ -62,7 +62,7 @@ def pack(scene, container, **_):
         WAITS[how]()
     bed = make_bed(cubic_lattice(5, 0.1), 0.1, container, provenance={"scene": str(scene.path)})
     zone = SimpleNamespace(asked=125, placed=125, left_over=0, locations=())
-    return SimpleNamespace(bed=bed, zones=(zone,))
+    return SimpleNamespace(bed=bed, zones=(zone,), warnings=())
 
 
 def pause_after(name: str) -> None:
@@ -81,7 +81,7 @@ def pause_after(name: str) -> None:
 
 
 if __name__ == "__main__":
-    core = ModuleType("packgen.arrange.pack")  # the real one takes seconds to load
+    core = ModuleType("packgen.filling.pack")  # the real one takes seconds to load
     core.pack = pack
     sys.modules[core.__name__] = core
     if name := os.environ.get("LATTICE_PAUSE"):

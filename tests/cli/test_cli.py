@@ -65,7 +65,7 @@ def core(monkeypatch):
             bed = make_bed(position, 0.1, container, provenance={"seed": scene.seed})
             return Result(bed, (Zone(125, placed, 125 - placed),))
 
-        monkeypatch.setattr("packgen.arrange.pack.pack", pack)
+        monkeypatch.setattr("packgen.filling.pack.pack", pack)
 
     return install
 
@@ -354,7 +354,7 @@ def test_a_folder_with_foreign_files_is_refused_and_with_force_set_aside(scene, 
 
 WAITING_CORE = """
 import sys, time
-import packgen.arrange.pack as core
+import packgen.filling.pack as core
 def pack(scene, container, **_):
     print("started", flush=True)
     time.sleep(60)

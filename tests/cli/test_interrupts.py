@@ -61,7 +61,7 @@ def test_an_earlier_result_survives_a_stop(scene, number):
     ("place", "seconds"),
     [
         ("pathlib:Path.rename", "2"),  # the result is about to have its name
-        ("packgen.results:ResultFolder.commit", "2"),
+        ("packgen.resultfolder:ResultFolder.commit", "2"),
         ("packgen.cli.run:_conclude", "60"),
     ],
 )

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exporters import cfdem, lengths, liggghts
+from exporters import cfdem, liggghts
+from exporters.shared import lengths
 from packgen.bed import Bed, Mesh
 from packgen.errors import ExportError
 from tests.exporters.beds import read_data_file

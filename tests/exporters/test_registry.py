@@ -40,7 +40,7 @@ def test_a_plug_in_cannot_replace_one_of_ours(monkeypatch):
 
 
 def test_the_head_of_a_deck_names_what_the_core_writes_as_provenance():
-    from exporters import deck
+    from exporters.shared import deck
     from tests.exporters.beds import lattice
 
     bed = lattice(provenance={"packgen": "1.2.3", "scene": "dir/furnace.yaml", "seed": 7, "settings": {}})

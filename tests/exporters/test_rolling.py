@@ -65,7 +65,8 @@ def test_a_rolling_ball_is_held_back_as_asked(tmp_path, solver, share, rolling):
 
 
 def test_yade_s_one_coefficient_is_the_mean_over_pairs_of_spheres(tmp_path):
-    from exporters import contact, yade
+    from exporters import yade
+    from exporters.shared import contact
     from tests.validation.beds import bed_in
 
     bed = bed_in("box")  # coke, ore, coke

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import exporters
-from exporters import deck
+from exporters.shared import deck
 from packgen.cli import main
 from packgen.errors import ExportError
 from tests.exporters.beds import lattice

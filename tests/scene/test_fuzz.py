@@ -14,8 +14,8 @@ import pytest
 from hypothesis import strategies as st
 
 from packgen.errors import SceneError
-from packgen.radii import Supply
 from packgen.scene import Scene, load_scene
+from packgen.supply.supply import Supply
 
 VALID: dict[str, Any] = {
     "container": {"box": {"min": [0, 0, 0], "max": [1, 1, "2 m"]}, "periodic": ["x"]},

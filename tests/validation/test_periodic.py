@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from exporters import lammps, liggghts
-from packgen.arrange.pack import pack
 from packgen.check import check_bed
+from packgen.filling.pack import pack
 from packgen.validation import Limits, predicted_forces, validate
 from tests.beds import box_container, make_bed
 from tests.scenes import box, constant, read_scene, uniform

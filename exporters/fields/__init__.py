@@ -1,0 +1,1 @@
+"""Fields on grids and meshes: how much of each cell is filled by spheres."""

@@ -1,0 +1,1 @@
+"""What several formats share: tables, contact laws, decks from templates."""

@@ -1,0 +1,123 @@
+"""What all decks share: templates, the text that may stand in a comment, and the checks of a bed.
+
+The templates are Jinja2 files in one folder a solver. They place values; arithmetic is done in Python, and
+rows of spheres are written in Python (``exporters.shared.lammps_data``).
+"""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError
+from pydantic import BaseModel, ConfigDict
+
+from packgen.bed import Bed
+from packgen.errors import ExportError
+
+COMMENT_LENGTH_MAX = 100
+
+
+class DeckOptions(BaseModel):
+    """Options of every exporter that fills templates.
+
+    Attributes:
+        templates: A folder of the user's own templates, laid out as ours (``liggghts/in.bed.j2``); a template
+            that is found there is taken instead of ours.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    templates: Path | None = None
+
+
+def template_root() -> Path:
+    """Return the folder of the templates: inside the installed package, else that of the checkout."""
+    installed = Path(str(files("exporters") / "templates"))
+    return installed if installed.is_dir() else Path(__file__).resolve().parent.parent / "templates"
+
+
+def render(template: str, values: dict[str, Any], user_folder: Path | None = None) -> str:
+    """Return the text of a template with its values filled in.
+
+    Args:
+        template: Name below the template folder, for example ``liggghts/in.bed.j2``.
+        values: What the template places; a name that it uses and that is missing here is an error.
+        user_folder: The user's own templates, looked at first.
+
+    Raises:
+        ExportError: The user's folder does not exist, or a template is wrong.
+    """
+    if user_folder is not None and not user_folder.is_dir():
+        raise ExportError(f"templates: {user_folder} is not a folder")
+    folders = [folder for folder in (user_folder, template_root()) if folder is not None]
+    environment = Environment(
+        loader=ChoiceLoader([FileSystemLoader(folder, encoding="utf-8") for folder in folders]),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    try:
+        return environment.get_template(template).render(values)
+    except TemplateError as error:
+        line = getattr(error, "lineno", None)
+        place = template if line is None else f"{template}:{line}"
+        raise ExportError(f"templates: {place}: {error}") from error
+
+
+def comment_text(value: object) -> str:
+    """Return ``value`` as text that cannot leave a comment or a quoted string of any deck.
+
+    What is no letter, digit or one of ``space . _ , : = + - / ( )`` becomes an underscore, line ends
+    included: ``$`` would be replaced by a solver's variable, ``&`` would continue the line.
+    """
+    return re.sub(r"[^A-Za-z0-9 ._,:=+\-/()]", "_", str(value))[:COMMENT_LENGTH_MAX].strip() or "_"
+
+
+def provenance_values(bed: Bed) -> dict[str, str]:
+    """Return version, scene and seed of a bed for the head of a deck, each safe in a comment."""
+    scene = bed.provenance.get("scene", "unknown")
+    name = PurePath(scene).name if isinstance(scene, str | PurePath) else "unknown"
+    return {
+        "version": comment_text(bed.provenance.get("packgen", "unknown")),
+        "scene": comment_text(name),
+        "seed": comment_text(bed.provenance.get("seed", "unknown")),
+    }
+
+
+def check_exportable(bed: Bed, solver: str) -> None:
+    """Refuse a bed that no solver can load.
+
+    Raises:
+        ExportError: The bed is empty, or holds a position, radius or density that is no positive, finite
+            number.
+    """
+    if bed.count == 0:
+        raise ExportError(f"{solver}: the bed holds no spheres; {solver} cannot load an empty bed")
+    problems = []
+    wrong = np.flatnonzero(~np.isfinite(bed.position).all(axis=1))
+    if len(wrong):
+        problems.append(
+            f"position of sphere {wrong[0] + 1} is {bed.position[wrong[0]].tolist()}, expected numbers"
+        )
+    wrong = np.flatnonzero(~(np.isfinite(bed.radius) & (bed.radius > 0)))
+    if len(wrong):
+        problems.append(f"radius of sphere {wrong[0] + 1} is {bed.radius[wrong[0]]} m, expected more than 0")
+    problems += [
+        f"density of set {each.name} is {each.density} kg/m3, expected more than 0"
+        for each in bed.particle_sets
+        if not (np.isfinite(each.density) and each.density > 0)
+    ]
+    if problems:
+        raise ExportError("\n".join(f"{solver}: {problem}" for problem in problems))
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a deck's text with Unix line ends, and return its path."""
+    path.write_text(text, encoding="ascii", errors="replace", newline="\n")
+    return path

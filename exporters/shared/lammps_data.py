@@ -1,0 +1,94 @@
+"""The data file that LIGGGHTS' and LAMMPS' ``read_data`` share: atom style sphere (granular).
+
+Format: LAMMPS manual, page "read_data": a title line, the header, the section ``Atoms``, a blank line, and
+one row a sphere, ``id type diameter density x y z``. The third column is the diameter. A centre on the upper
+face of the box, or beyond it, is not assigned to any processor and stops the solver, so the box is wider than
+the bed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exporters.shared import deck, table
+from exporters.shared.contact import Types
+from packgen.bed import Bed
+
+# Both programs sort spheres by bins of half the neighbour distance and stop beyond 2^31 of them.
+SORT_BINS_MAX = 1.0e8
+SPHERES_AT_A_TIME = 65536  # written: the bed is never copied as a whole
+HEAD_ROOM = 0.25  # of the container's height, above an open rim: what a run may throw up is not lost
+
+Float64Array = NDArray[np.float64]
+
+
+def simulation_box(bed: Bed, *, open_top: bool) -> Float64Array:
+    """Return the lower and upper corner of the solver's box [m], shape (2, 3), float64.
+
+    It holds the container and all centres with a diameter of the largest sphere to spare, and more than that
+    above an open top. Along periodic directions it is the container's box exactly.
+    """
+    diameter_max = 2 * float(bed.radius.max())
+    low = np.minimum(bed.container.bounds[0], bed.position.min(axis=0)) - diameter_max
+    high = np.maximum(bed.container.bounds[1], bed.position.max(axis=0)) + diameter_max
+    strength = float(np.linalg.norm(bed.gravity))
+    if open_top and strength > 0:
+        up = -bed.gravity / strength
+        height = float(np.abs(up) @ (bed.container.bounds[1] - bed.container.bounds[0]))
+        room = max(HEAD_ROOM * height, 10 * diameter_max)
+        low += room * np.minimum(up, 0)
+        high += room * np.maximum(up, 0)
+    periodic = np.array(bed.container.periodic)
+    low[periodic] = bed.container.bounds[0][periodic]
+    high[periodic] = bed.container.bounds[1][periodic]
+    return np.stack((low, high))
+
+
+def box_values(bed: Bed, box: Float64Array) -> dict[str, Any]:
+    """Return what both programs' templates place of the solver's box and the neighbour search.
+
+    Args:
+        bed: The bed.
+        box: Lower and upper corner of the box [m], shape (2, 3).
+    """
+    skin = 0.5 * float(bed.radius.min())
+    bins = float(np.prod(np.ceil((box[1] - box[0]) / (float(bed.radius.max()) + skin / 2))))
+    return {
+        "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
+        "sort": bins <= SORT_BINS_MAX,
+        "skin": skin,
+    }
+
+
+def write_data(bed: Bed, path: Path, types: Types, box: Float64Array) -> Path:
+    """Write the spheres of a bed as a data file; the id of a sphere is its index in the bed plus one.
+
+    Args:
+        bed: What is written.
+        path: The file.
+        types: Types of the sets.
+        box: Lower and upper corner of the box [m], shape (2, 3).
+    """
+    told = deck.provenance_values(bed)
+    title = f"{bed.count} spheres, packgen {told['version']}, scene {told['scene']}, seed {told['seed']}"
+    lines = [f"# {title}", "", f"{bed.count} atoms", f"{len(types.materials)} atom types", ""]
+    lines += [
+        f"{low!r} {high!r} {axis}lo {axis}hi" for axis, (low, high) in zip("xyz", box.T.tolist(), strict=True)
+    ]
+    lines += ["", "Atoms", ""]
+    head = "\n".join(lines) + "\n"
+    density = np.array([each.density for each in bed.particle_sets], dtype=np.float64)
+    sphere_type = np.array(types.by_set, dtype=np.int64)
+    for start in range(0, bed.count, SPHERES_AT_A_TIME):
+        stop = min(start + SPHERES_AT_A_TIME, bed.count)
+        set_index, position = bed.set_index[start:stop], bed.position[start:stop]
+        columns = [
+            np.arange(start + 1, stop + 1), sphere_type[set_index], 2 * bed.radius[start:stop],
+            density[set_index], *position.T,
+        ]  # fmt: skip
+        table.write_rows(path, columns, head="" if start else head, append=start > 0)
+    return path

@@ -1,1 +1,0 @@
-"""Fused CPU loops (numba): neighbour lists, contact sweeps and walls, each equal to its plain torch form."""

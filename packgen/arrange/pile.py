@@ -1,0 +1,41 @@
+"""The spheres placed so far: those near the surface at hand, the buried ones put away."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.arrange.spheres import Spheres, joined, no_spheres
+
+
+class Pile:
+    """All spheres placed so far.
+
+    Attributes:
+        front: The ones that a new layer can touch.
+    """
+
+    def __init__(self) -> None:
+        self.front = no_spheres()
+        self._buried: list[Spheres] = []
+        self._buried_count = 0
+
+    def __len__(self) -> int:
+        return self._buried_count + len(self.front)
+
+    def bury(self, deep: NDArray[np.bool_]) -> None:
+        """Put front spheres away that nothing will touch any more."""
+        if deep.any():
+            buried = self.front[deep]
+            self._buried.append(buried)
+            self._buried_count += len(buried)
+            self.front = self.front[~deep]
+
+    def unearth(self) -> None:
+        """Make every sphere part of the front again: the next zone may lie anywhere."""
+        self.front = self.all()
+        self._buried, self._buried_count = [], 0
+
+    def all(self) -> Spheres:
+        """Return all spheres, in the order in which they came to rest."""
+        return joined([*self._buried, self.front])

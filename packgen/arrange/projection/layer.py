@@ -1,0 +1,56 @@
+"""What a layer under arrangement offers, and the choice between its two forms."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.arrange.projection.recipe import Step
+from packgen.arrange.space.walls import WallTable
+from packgen.arrays import Float64Array, Int64Array
+
+
+class Layer(Protocol):
+    """A layer of spheres under arrangement: what the fused CPU loops and the plain torch form both offer.
+
+    Attributes:
+        moving: How many spheres move; those taken out count until the next rebuild.
+        identity: Place of each moving sphere in the order given, shape (moving,).
+    """
+
+    moving: int
+    identity: Int64Array
+
+    def rebuild(self, skin: float) -> None:
+        """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
+
+    def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
+        """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
+
+    def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
+        """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
+
+    def take_out(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of all contacts."""
+
+    def positions(self) -> Float64Array:
+        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3).
+
+        Those taken out since the last rebuild are not numbers.
+        """
+
+    def radii(self) -> Float64Array:
+        """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
+
+
+def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str) -> Layer:
+    """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides."""
+    if device == "cpu":
+        from packgen.arrange.projection.numba_layer import FusedLayer
+
+        return FusedLayer(ball, moving, walls)
+    from packgen.arrange.projection.torch_layer import PlainLayer
+
+    return PlainLayer(ball, moving, walls, device)

@@ -1,0 +1,215 @@
+"""A layer of spheres under arrangement in plain torch, on any device: the fused loops' equal to rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from packgen.arrange.neighbors.seam_pairs import images
+from packgen.arrange.neighbors.torch_pairs import neighbor_pairs, neighbor_pairs_between
+from packgen.arrange.projection.pair_rules import list_reach, push_lightness
+from packgen.arrange.projection.push_kernels import PARTING_X, PARTING_Y
+from packgen.arrange.projection.recipe import Step
+from packgen.arrange.projection.sweep_kernels import GRAIN_PUSH
+from packgen.arrange.space.map_kernels import wall_candidates
+from packgen.arrange.space.torch_features import feature_gaps
+from packgen.arrange.space.walls import WallTable
+from packgen.arrays import Float64Array, Int64Array
+
+
+class PlainLayer:
+    """The spheres being arranged, as tensors; see ``projection.Layer`` for what its methods do."""
+
+    def __init__(self, ball: Float64Array, moving: int, walls: WallTable, device: str) -> None:
+        self.device = "cpu" if device == "torch" else device
+        self.ball = torch.as_tensor(ball, device=self.device).clone()
+        self.moving = moving
+        self.walls = walls
+        self.identity: Int64Array = np.arange(moving)
+        self.previous = self.ball[:moving, :3].clone()
+        self._reference = float(ball[:moving, 3].mean()) if moving else 0.0
+        self._kind = torch.as_tensor(walls.kind, device=self.device)
+        self._row = torch.as_tensor(walls.row, device=self.device)
+
+    def rebuild(self, skin: float) -> None:
+        """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
+        self._close_ranks()
+        self._wrap()
+        position, radius, moving = self.ball[:, :3], self.ball[:, 3], self.moving
+        reach = self._reach(skin)
+        self.margin = (reach - radius)[:moving]
+        inner = neighbor_pairs(position[:moving], reach[:moving])
+        outer = neighbor_pairs_between(position[:moving], reach[:moving], position[moving:], reach[moving:])
+        shifted = outer + torch.tensor([0, moving], device=self.device)
+        self.pairs: Tensor = torch.cat([inner, shifted])
+        self.offset = torch.zeros((1, 3), dtype=torch.float64, device=self.device)
+        if self.walls.seams.wraps:
+            self._list_seams(reach)
+        self.anchor = position[:moving].clone()
+        lightness = push_lightness(radius.cpu().numpy(), moving, self._reference)
+        self.lightness = torch.as_tensor(lightness, device=self.device)
+        self._list_walls()
+
+    def _reach(self, skin: float) -> Tensor:
+        reach = list_reach(self.ball[:, 3].cpu().numpy(), self.moving, skin, self._reference)
+        return torch.as_tensor(reach, device=self.device)
+
+    def _wrap(self) -> None:
+        if self.walls.seams.wraps:
+            position = self.ball[: self.moving, :3]
+            inside = torch.as_tensor(self.walls.seams.wrapped(position.cpu().numpy()), device=self.device)
+            self.previous += inside - position
+            self.ball[: self.moving, :3] = inside
+
+    def _list_seams(self, reach: Tensor) -> None:
+        """Append the pairs of a sphere and another one's image to the list, each pair once."""
+        sphere, shift = images(self.ball.cpu().numpy(), reach.cpu().numpy(), self.walls.seams)
+        owner = torch.as_tensor(sphere, device=self.device)
+        offset = torch.as_tensor(shift, device=self.device)
+        position = self.ball[:, :3]
+        found = neighbor_pairs_between(position, reach, position[owner] + offset, reach[owner])
+        first, second, offset = found[:, 0], owner[found[:, 1]], offset[found[:, 1]]
+        # The first of a pair moves, as in the list of all others.
+        turn = first >= self.moving
+        first, second = torch.where(turn, second, first), torch.where(turn, first, second)
+        offset = torch.where(turn[:, None], -offset, offset)
+        wanted = first < self.moving
+        self.offset = torch.cat([self.offset.expand(len(self.pairs), 3), offset[wanted]])
+        self.pairs = torch.cat([self.pairs, torch.stack([first, second], dim=1)[wanted]])
+
+    def _list_walls(self) -> None:
+        ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
+        walls, margin = self.walls, self.margin.cpu().numpy()
+        begin, item = np.empty(self.moving + 1, np.int64), np.empty(4096 + 2 * self.moving, np.int32)
+        room = np.empty(len(item))
+        while (
+            wall_candidates(
+                ball, self.moving, margin, walls.kind, walls.row, walls.map_origin, walls.map_size,
+                walls.map_cells, walls.map_start, walls.map_item, begin, item, room,
+            )
+            < 0
+        ):  # fmt: skip
+            item = np.empty(2 * len(item), np.int32)
+            room = np.empty(len(item))
+        count = np.diff(begin)
+        self.wall_count = torch.as_tensor(count, device=self.device)
+        sphere = np.repeat(np.arange(self.moving), count)
+        rank = np.arange(begin[-1]) - begin[sphere]
+        # The fused loop puts a sphere back from one feature after the other: here rank by rank, all at once.
+        self.wall_ranks = [
+            (
+                torch.as_tensor(sphere[rank == k], device=self.device),
+                torch.as_tensor(item[: begin[-1]][rank == k].astype(np.int64), device=self.device),
+            )
+            for k in range(int(count.max(initial=0)))
+        ]
+
+    def _pair_depths(self, scale: float) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        first, second = self.pairs.unbind(dim=1)
+        difference = self.ball[first, :3] - (self.ball[second, :3] + self.offset)
+        distance = torch.linalg.vector_norm(difference, dim=1)
+        overlap = scale * (self.ball[first, 3] + self.ball[second, 3]) - distance
+        smaller = scale * torch.minimum(self.ball[first, 3], self.ball[second, 3])
+        return difference, distance, overlap, smaller
+
+    def _pushes(self) -> tuple[float, Tensor]:
+        first, second = self.pairs.unbind(dim=1)
+        difference, distance, overlap, smaller = self._pair_depths(1.0)
+        deep = overlap > 0.0
+        worst = float((overlap / smaller)[deep].max()) if bool(deep.any()) else 0.0
+        first, second, overlap = first[deep], second[deep], overlap[deep]
+        difference, distance = difference[deep], distance[deep]
+        reach = self.ball[first, 3] + self.ball[second, 3]
+        same = distance < 1e-9 * reach
+        across, along = PARTING_X * (first + second), PARTING_Y * (first + second)
+        parting = torch.stack([across.frac() - 0.5, along.frac() - 0.5, 0.5 - (first & 1)], dim=1)
+        difference = torch.where(same[:, None], parting, difference)
+        distance = torch.where(same, torch.linalg.vector_norm(parting, dim=1), distance)
+        both = second < self.moving
+        share = self.lightness[first] / (self.lightness[first] + self.lightness[second])
+        push = (overlap / distance)[:, None] * difference
+        shift = torch.zeros_like(self.previous)
+        shift.index_add_(0, first, share[:, None] * push)
+        shift.index_add_(0, second[both], -((1.0 - share)[:, None] * push)[both])
+        return worst, shift
+
+    def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
+        """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
+        moving = self.moving
+        here = self.ball[:moving, :3] + torch.as_tensor(sink, device=self.device)
+        self.ball[:moving, :3] = here + step.momentum * (here - self.previous)
+        self.previous = here
+        worst, shift = self._pushes()
+        shift *= step.relaxation
+        radius = self.ball[:moving, 3]
+        length = torch.linalg.vector_norm(shift, dim=1)
+        limit = step.stride * radius
+        shift *= torch.where(length > limit, limit / length.clamp(min=1e-300), 1.0)[:, None]
+        position = self.ball[:moving, :3] + shift
+        self._put_back(position, radius, step.roughness)
+        self.ball[:moving, :3] = position
+        moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
+        far = int((moved > step.far * self.margin).sum())
+        return worst, int((moved > self.margin).sum()) + far * moving
+
+    def _put_back(self, position: Tensor, radius: Tensor, roughness: float) -> None:
+        """Put spheres back inside their walls, twice where they meet several, or keep them off rough ones."""
+        number = torch.as_tensor(self.identity, dtype=torch.float64, device=self.device)
+        keep_off = roughness * radius * (number * 0.6180339887498949 % 1.0)
+        gentle = GRAIN_PUSH * radius
+        several = self.wall_count > 1
+        for ranks in (self.wall_ranks, [(s[several[s]], f[several[s]]) for s, f in self.wall_ranks]):
+            for sphere, feature in ranks:
+                gap, normal = feature_gaps(
+                    self._kind[feature], self._row[feature], position[sphere], radius[sphere]
+                )
+                rough = torch.minimum(keep_off[sphere] - gap.clamp(min=0.0), gentle[sphere]).clamp(min=0.0)
+                gentle[sphere] -= rough
+                push = (-gap).clamp(min=0.0) + rough
+                position[sphere] += push[:, None] * normal
+
+    def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
+        """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
+        moving = self.moving
+        blame = torch.zeros(moving, dtype=torch.float64, device=self.device)
+        height = -(self.ball[:, :3] @ torch.as_tensor(down, device=self.device))
+        first, second = self.pairs.unbind(dim=1)
+        _, _, overlap, smaller = self._pair_depths(scale)
+        deep = overlap > 0.0
+        first, second, depth = first[deep], second[deep], (overlap / smaller)[deep]
+        # A small sphere finds another place more easily than a large one.
+        size_first, size_second = self.ball[first, 3], self.ball[second, 3]
+        takes_second = (size_second < 0.6 * size_first) | (height[second] > height[first])
+        takes_second &= (second < moving) & ~(size_first < 0.6 * size_second)
+        blamed = torch.where(takes_second, second, first)
+        blame.scatter_reduce_(0, blamed, depth, "amax")
+        for sphere, feature in self.wall_ranks:
+            radius = scale * self.ball[sphere, 3]
+            center = self.ball[sphere, :3]
+            gap, _ = feature_gaps(self._kind[feature], self._row[feature], center, radius)
+            depth = (-gap / radius).clamp(min=0.0)
+            blame.scatter_reduce_(0, sphere, depth.where(~torch.isnan(center[:, 0]), 0.0), "amax")
+        worst = float(blame.max()) if moving else 0.0
+        return worst, blame.cpu().numpy()
+
+    def take_out(self, out: NDArray[np.bool_]) -> None:
+        """Take moving spheres out of all contacts."""
+        self.ball[: self.moving][torch.as_tensor(out, device=self.device), :3] = torch.nan
+
+    def _close_ranks(self) -> None:
+        """Forget the spheres that were taken out."""
+        keep = ~torch.isnan(self.ball[: self.moving, 0])
+        self.ball = torch.cat([self.ball[: self.moving][keep], self.ball[self.moving :]])
+        self.previous = self.previous[keep]
+        self.identity = self.identity[keep.cpu().numpy()]
+        self.moving = len(self.previous)
+
+    def positions(self) -> Float64Array:
+        """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""
+        return self.walls.seams.wrapped(self.ball[: self.moving, :3].cpu().numpy())
+
+    def radii(self) -> Float64Array:
+        """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
+        return self.ball[: self.moving, 3].cpu().numpy()

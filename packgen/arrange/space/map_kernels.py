@@ -1,0 +1,322 @@
+"""Which walls are near: maps of wall features by cell, and the lists of spheres' walls."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from packgen.arrange.space.feature_kernels import (
+    HALF_DIAGONAL,
+    TRIANGLE,
+    closest_on_triangle,
+    out_of_reach,
+    wall_gap,
+)
+
+PIECE = 6.0
+"""Triangles are looked at in pieces of at most so many cells: the box around a long one is mostly empty."""
+
+STACK = 256
+
+BLOCK = 8
+
+
+@njit(cache=True, error_model="numpy")
+def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.float64]) -> bool:
+    """Halve a triangle across its longest edge where that is longer than allowed: one half in place."""
+    longest, turn = 0.0, 0
+    for k in range(3):
+        a, b = 3 * k, 3 * ((k + 1) % 3)
+        dx, dy, dz = piece[b] - piece[a], piece[b + 1] - piece[a + 1], piece[b + 2] - piece[a + 2]
+        square = dx * dx + dy * dy + dz * dz
+        if square > longest:
+            longest, turn = square, k
+    if longest <= longest_max * longest_max:
+        return False
+    a, b = 3 * turn, 3 * ((turn + 1) % 3)
+    for k in range(9):
+        other[k] = piece[k]
+    for axis in range(3):
+        middle = 0.5 * (piece[a + axis] + piece[b + axis])
+        piece[b + axis] = middle
+        other[a + axis] = middle
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def map_triangles(  # type: ignore[no-untyped-def]
+    corner: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    size: float,
+    cells: NDArray[np.int64],
+    reach: float,
+):
+    """List for each cell of a grid the triangles closer than ``reach`` to any point of it.
+
+    Args:
+        corner: Triangles [m], shape (F, 9) or wider.
+        origin: Lower corner of the grid [m], shape (3,).
+        size: Cell size [m].
+        cells: Cells along each axis, shape (3,).
+        reach: Distance [m].
+
+    Returns:
+        (first entry of each cell, int32, shape (cells + 1,); triangles, int32).
+    """
+    start = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int32)
+    item = np.empty(0, np.int32)
+    fill = start
+    last = np.full(len(start), -1, np.int32)
+    radius = reach + HALF_DIAGONAL * size
+    stack = np.empty((STACK, 9))
+    low, high = np.empty(3, np.int64), np.empty(3, np.int64)
+    for counting in (True, False):
+        if not counting:
+            for cell in range(len(start) - 1):
+                start[cell + 1] += start[cell]
+            item = np.empty(start[-1], np.int32)
+            fill = start[:-1].copy()
+            last[:] = -1
+        for f in range(len(corner)):
+            stack[0] = corner[f, :9]
+            depth = 1
+            while depth > 0:
+                piece = stack[depth - 1]
+                if depth < STACK and halved(piece, PIECE * size, stack[depth]):
+                    depth += 1
+                    continue
+                depth -= 1
+                empty = False
+                for axis in range(3):
+                    least = min(piece[axis], piece[3 + axis], piece[6 + axis]) - radius - origin[axis]
+                    most = max(piece[axis], piece[3 + axis], piece[6 + axis]) + radius - origin[axis]
+                    if most < 0.0 or least > cells[axis] * size:
+                        empty = True
+                        break
+                    low[axis] = max(math.floor(least / size), 0)
+                    high[axis] = min(math.floor(most / size), cells[axis] - 1)
+                if empty:
+                    continue
+                gx = (piece[0] + piece[3] + piece[6]) / 3.0
+                gy = (piece[1] + piece[4] + piece[7]) / 3.0
+                gz = (piece[2] + piece[5] + piece[8]) / 3.0
+                wide = 0.0
+                for k in range(0, 9, 3):
+                    square = (piece[k] - gx) ** 2 + (piece[k + 1] - gy) ** 2 + (piece[k + 2] - gz) ** 2
+                    wide = max(wide, square)
+                far = (radius + math.sqrt(wide)) ** 2
+                for cz in range(low[2], high[2] + 1):
+                    z = origin[2] + (cz + 0.5) * size
+                    for cy in range(low[1], high[1] + 1):
+                        y = origin[1] + (cy + 0.5) * size
+                        across = (y - gy) ** 2 + (z - gz) ** 2
+                        if across >= far:
+                            continue
+                        # Of the row, what a ball around the centroid reaches.
+                        middle, half = (gx - origin[0]) / size - 0.5, math.sqrt(far - across) / size
+                        first = (cz * cells[1] + cy) * cells[0]
+                        least_x = max(low[0], math.ceil(middle - half))
+                        for cx in range(least_x, min(high[0], math.floor(middle + half)) + 1):
+                            cell = first + cx
+                            if last[cell] == f:
+                                continue
+                            x = origin[0] + (cx + 0.5) * size
+                            # The distance to the centroid decides nearly always.
+                            square = (x - gx) ** 2 + across
+                            if square >= radius * radius:
+                                px, py, pz = closest_on_triangle(x, y, z, piece)
+                                px, py, pz = px - x, py - y, pz - z
+                                if px * px + py * py + pz * pz >= radius * radius:
+                                    continue
+                            last[cell] = f
+                            if counting:
+                                start[cell + 1] += 1
+                            else:
+                                item[fill[cell]] = f
+                                fill[cell] += 1
+    return start, item
+
+
+@njit(cache=True, error_model="numpy")
+def merged_maps(  # type: ignore[no-untyped-def]
+    start: NDArray[np.int32],
+    item: NDArray[np.int32],
+    start_other: NDArray[np.int32],
+    item_other: NDArray[np.int32],
+):
+    """Return two lists by cell as one: (first entry of each cell, entries)."""
+    both = start + start_other
+    joined = np.empty(len(item) + len(item_other), np.int32)
+    for cell in range(len(start) - 1):
+        at = both[cell]
+        for k in range(start[cell], start[cell + 1]):
+            joined[at] = item[k]
+            at += 1
+        for k in range(start_other[cell], start_other[cell + 1]):
+            joined[at] = item_other[k]
+            at += 1
+    return both, joined
+
+
+@njit(cache=True, error_model="numpy")
+def map_features(  # type: ignore[no-untyped-def]
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    size: float,
+    cells: NDArray[np.int64],
+    reach: float,
+):
+    """List for each cell of a grid the features closer than ``reach`` to any point of it.
+
+    Blocks of cells first, so that most cells never look at most features.
+
+    Args:
+        kind: Kind of each feature, shape (F,).
+        row: The features, shape (F, FEATURE_WIDTH).
+        origin: Lower corner of the grid [m], shape (3,).
+        size: Cell size [m].
+        cells: Cells along each axis, shape (3,).
+        reach: Distance [m].
+
+    Returns:
+        (first entry of each cell, int32, shape (cells + 1,); features, int32).
+    """
+    start = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int32)
+    item = np.empty(0, np.int32)
+    fill = start
+    radius = reach + HALF_DIAGONAL * size
+    block_radius = reach + HALF_DIAGONAL * BLOCK * size
+    near = np.empty(len(kind), np.int64)
+    for counting in (True, False):
+        if not counting:
+            for cell in range(len(start) - 1):
+                start[cell + 1] += start[cell]
+            item = np.empty(start[-1], np.int32)
+            fill = start[:-1].copy()
+        for bz in range(0, cells[2], BLOCK):
+            for by in range(0, cells[1], BLOCK):
+                for bx in range(0, cells[0], BLOCK):
+                    half = 0.5 * BLOCK
+                    x = origin[0] + (bx + half) * size
+                    y = origin[1] + (by + half) * size
+                    z = origin[2] + (bz + half) * size
+                    count = 0
+                    for feature in range(len(kind)):
+                        near[count] = feature
+                        count += wall_gap(kind[feature], row[feature], x, y, z, 0.0)[0] < block_radius
+                    if count == 0:
+                        continue
+                    for cz in range(bz, min(bz + BLOCK, cells[2])):
+                        for cy in range(by, min(by + BLOCK, cells[1])):
+                            for cx in range(bx, min(bx + BLOCK, cells[0])):
+                                x = origin[0] + (cx + 0.5) * size
+                                y = origin[1] + (cy + 0.5) * size
+                                z = origin[2] + (cz + 0.5) * size
+                                cell = (cz * cells[1] + cy) * cells[0] + cx
+                                for k in range(count):
+                                    feature = near[k]
+                                    gap = wall_gap(kind[feature], row[feature], x, y, z, 0.0)[0]
+                                    if gap < radius:
+                                        if counting:
+                                            start[cell + 1] += 1
+                                        else:
+                                            item[fill[cell]] = feature
+                                            fill[cell] += 1
+    return start, item
+
+
+@njit(cache=True, error_model="numpy")
+def least_gap(
+    position: NDArray[np.float64],
+    radius: float,
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    map_origin: NDArray[np.float64],
+    map_size: float,
+    map_cells: NDArray[np.int64],
+    map_start: NDArray[np.int32],
+    map_item: NDArray[np.int32],
+) -> NDArray[np.float64]:
+    """Return each point's least gap to the features near it, for spheres of one radius [m], shape (N,)."""
+    gap = np.full(len(position), np.inf)
+    for i in range(len(position)):
+        x, y, z = position[i, 0], position[i, 1], position[i, 2]
+        cx = min(max(int((x - map_origin[0]) / map_size), 0), map_cells[0] - 1)
+        cy = min(max(int((y - map_origin[1]) / map_size), 0), map_cells[1] - 1)
+        cz = min(max(int((z - map_origin[2]) / map_size), 0), map_cells[2] - 1)
+        cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
+        for k in range(map_start[cell], map_start[cell + 1]):
+            feature = map_item[k]
+            if not out_of_reach(kind[feature], row[feature], x, y, z, radius + gap[i]):
+                gap[i] = min(gap[i], wall_gap(kind[feature], row[feature], x, y, z, radius)[0])
+    return gap
+
+
+@njit(cache=True, error_model="numpy")
+def wall_candidates(
+    ball: NDArray[np.float64],
+    moving: int,
+    margin: NDArray[np.float64],
+    kind: NDArray[np.int8],
+    row: NDArray[np.float64],
+    map_origin: NDArray[np.float64],
+    map_size: float,
+    map_cells: NDArray[np.int64],
+    map_start: NDArray[np.int32],
+    map_item: NDArray[np.int32],
+    begin: NDArray[np.int64],
+    item: NDArray[np.int32],
+    room: NDArray[np.float64],
+) -> int:
+    """List the wall features that each moving sphere can reach before the next rebuild.
+
+    Args:
+        ball: Centres and radii [m], shape (N, 4).
+        moving: How many of them move.
+        margin: How far each moving sphere moves at most until then [m], shape (moving,).
+        kind: Kind of each feature, shape (F,).
+        row: The features, shape (F, FEATURE_WIDTH).
+        map_origin: Lower corner of the map of features [m], shape (3,).
+        map_size: Cell size of the map [m].
+        map_cells: Cells along each axis, shape (3,).
+        map_start: First entry of each cell, shape (cells + 1,).
+        map_item: Features near each cell.
+        begin: Out: first entry of each sphere, shape (moving + 1,).
+        item: Out: features.
+        room: Out: how far the sphere is from each [m], as long as ``item``.
+
+    Returns:
+        Number of entries, or -1 where ``item`` is too short; of triangles a sphere's nearest one comes first.
+    """
+    total = 0
+    inverse = 1.0 / map_size
+    for i in range(moving):
+        begin[i] = total
+        x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
+        cx = min(max(int((x - map_origin[0]) * inverse), 0), map_cells[0] - 1)
+        cy = min(max(int((y - map_origin[1]) * inverse), 0), map_cells[1] - 1)
+        cz = min(max(int((z - map_origin[2]) * inverse), 0), map_cells[2] - 1)
+        cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
+        low, high = map_start[cell], map_start[cell + 1]
+        if total + high - low > len(item):
+            return -1
+        for k in range(low, high):
+            feature = map_item[k]
+            if out_of_reach(kind[feature], row[feature], x, y, z, radius + margin[i]):
+                continue
+            gap = wall_gap(kind[feature], row[feature], x, y, z, radius)[0]
+            if gap < margin[i]:
+                item[total] = feature
+                room[total] = gap
+                if kind[feature] == TRIANGLE and gap < room[begin[i]]:
+                    # The nearest first: a rough wall's push goes its way, not that of some far facet.
+                    nearest = begin[i]
+                    item[total], item[nearest] = item[nearest], feature
+                    room[total], room[nearest] = room[nearest], gap
+                total += 1
+    begin[moving] = total
+    return total

@@ -1,0 +1,67 @@
+"""Where a periodic box wraps around: the nearest image of a sphere, and the pairs that meet across a seam.
+
+Spheres meet their neighbours beyond a seam as images: copies shifted by whole periods. The list of such pairs
+is made beside the neighbour list and is as short as the seams are small, so that the loops over all other
+pairs know nothing of periods.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from packgen.arrays import Float64Array
+from packgen.geometry import Container
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Seams:
+    """The periods of a box.
+
+    Attributes:
+        low: Lower corner of the box [m], shape (3,).
+        period: Length after which it repeats along x, y, z [m], 0 where it does not, shape (3,).
+    """
+
+    low: Float64Array
+    period: Float64Array
+
+    @classmethod
+    def of(cls, container: Container) -> Seams:
+        """Return the seams of a container."""
+        low, high = container.bounds
+        return cls(np.array(low), np.where(container.periodic, high - low, 0.0))
+
+    @property
+    def wraps(self) -> bool:
+        """Whether any axis is periodic."""
+        return bool(self.period.any())
+
+    def wrapped(self, position: Float64Array) -> Float64Array:
+        """Return points (N, 3) moved by whole periods into the box, the upper sides left out."""
+        inside = np.array(position)
+        for axis in np.flatnonzero(self.period):
+            along = inside[:, axis]
+            # Points that are inside keep every digit.
+            out = (along < self.low[axis]) | (along >= self.low[axis] + self.period[axis])
+            moved = self.low[axis] + np.mod(along[out] - self.low[axis], self.period[axis])
+            along[out] = np.where(moved < self.low[axis] + self.period[axis], moved, self.low[axis])
+        return inside
+
+    def tree(self, position: Float64Array) -> cKDTree:
+        """Return a k-d tree that measures distances across the seams; ask it for `placed` points."""
+        return cKDTree(self.placed(position), boxsize=self.period if self.wraps else None)
+
+    def placed(self, position: Float64Array) -> Float64Array:
+        """Return points (N, 3) as `tree` has them: from the lower corner, so that periods begin at 0."""
+        if not self.wraps:
+            return position
+        placed: Float64Array = self.wrapped(position) - self.low
+        # Just below the upper side the difference may round to the period itself, which the tree refuses.
+        return np.where((self.period > 0.0) & (placed >= self.period), 0.0, placed)
+
+
+NO_SEAMS = Seams(np.zeros(3), np.zeros(3))
+"""Of everything that does not wrap around."""

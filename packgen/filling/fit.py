@@ -1,0 +1,222 @@
+"""Whether what a scene asks for can ever fit where it is to go: said before a long run starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from packgen.container.load import load_location
+from packgen.distributions import UNIT_VOLUME
+from packgen.errors import GeometryError, PackingError
+from packgen.filling.room import Locations, narrowest, room_of
+from packgen.filling.unit_remarks import extent_text, units_remark
+from packgen.geometry import Container
+from packgen.supply.shares import expected_count, mean_weights, number_shares
+from packgen.supply.supply import COUNT_LIMIT
+
+if TYPE_CHECKING:
+    from packgen.scene import Scene, ZoneSpec
+
+DENSEST = float(np.pi / np.sqrt(18.0))
+"""Solid fraction that no packing of equal spheres exceeds (Hales, Ann. Math. 162, 2005, 1065)."""
+
+DENSEST_MIXED = 1.0 - (1.0 - DENSEST) ** 2
+"""The same of two sizes, the small ones in the hollows of the large: the limit of a large ratio of sizes."""
+
+HOLLOW_RATIO = float(1.0 + np.sqrt(2.0))
+"""Ratio of radii from which a sphere fits into the octahedral hollow of the densest packing."""
+
+FEW = 8.0
+"""Volume of a zone in largest spheres below which no bound holds: one sphere may fill its vessel."""
+
+POURED = 0.6
+"""Solid fraction of a bed, for the number of spheres that fill a zone."""
+
+MANY = 50_000_000
+"""Spheres from which a zone without an amount is worth a word before the run."""
+
+VAST = 1000.0
+"""Width of a container in largest diameters from which a counted zone is worth a word before the run."""
+
+WIDE_SHARE = 1.0e-3
+"""Share of a set's mass that may be in spheres too wide for the container before the scene is refused."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What a zone asks for: smallest and largest radius [m], mean volume of a sphere [m3], and number."""
+
+    radius_min: float
+    radius_max: float
+    mean_volume: float
+    count: float | None
+
+
+class Amounts:
+    """What the zones of a scene ask of a container."""
+
+    def __init__(self, scene: Scene, container: Container) -> None:
+        self._scene, self._container = scene, container
+        self._zones = [_asked(zone, scene) for zone in scene.zones]
+        self._remark = units_remark(
+            scene,
+            container,
+            min(zone.radius_min for zone in self._zones),
+            max(zone.radius_max for zone in self._zones),
+        )
+
+    def too_wide(self) -> list[str]:
+        """Return a line for each set whose spheres are wider than the container."""
+        scene, bounds = self._scene, self._container.bounds
+        width, axis = narrowest(bounds, self._container.periodic)
+        # A sphere as wide as its box fits; rounding must not tell otherwise.
+        half = 0.5 * width * (1.0 + 1e-9)
+        smallest = min(zone.radius_min for zone in self._zones)
+        if smallest > half:
+            return [
+                f"{scene.mark('container')}: container: found {extent_text(bounds)}, but not one sphere fits "
+                f"(smallest radius {smallest:.4g} m); expected a larger container or smaller spheres; "
+                f"{self._remark}"
+            ]
+        faults = []
+        for index, each in enumerate(scene.particle_sets):
+            widest = 2.0 * each.distribution.radius_bounds[1]
+            share = 1.0 - float(each.distribution.cumulative_mass(np.array([half]))[0])
+            if widest > 2.0 * half and share > WIDE_SHARE:
+                path = f"particle_sets[{index}]"
+                faults.append(
+                    f"{scene.mark(path)}: {path}: found spheres up to {widest:.4g} m wide, {share:.1%} of "
+                    f"the mass in spheres wider than the container, {width:.4g} m along {axis}; expected "
+                    f"smaller ones; {self._remark}"
+                )
+        return faults
+
+    def too_many(self, index: int, room: float) -> list[str]:
+        """Return a line where a zone of some volume [m3] asks for more than could ever fit."""
+        zone, spec, scene = self._zones[index], self._scene.zones[index], self._scene
+        path = f"zones[{index}]"
+        if zone.count is None:
+            count = POURED * room / zone.mean_volume
+            if count <= COUNT_LIMIT:
+                return []
+            return [
+                f"{scene.mark(path)}: {path}: found {room:.4g} m3 to fill, about {count:.3g} spheres, "
+                f"expected at most {COUNT_LIMIT:,}; {self._remark}"
+            ]
+        asked, densest = zone.count * zone.mean_volume, _densest(room, zone)
+        if asked <= densest * room:
+            return []
+        key = next(name for name in ("n_particles", "volume", "mass") if getattr(spec, name) is not None)
+        limit = getattr(spec, key) * densest * room / asked
+        unit = {"volume": " m3", "mass": " kg"}.get(key, "")
+        most = f"{limit:.4g}{unit}" if unit else f"{int(limit):,}"
+        return [
+            f"{scene.mark(f'{path}.{key}')}: {path}.{key}: found {getattr(spec, key):,.6g}{unit}, expected "
+            f"at most {most}: the zone has {room:.4g} m3, of which no packing of such spheres fills more "
+            f"than {densest:.2f}, and a poured bed about {POURED:g}; {self._remark}"
+        ]
+
+    def too_many_together(self) -> list[str]:
+        """Return a line where the zones fit one by one, but not together."""
+        volume = self._container.volume
+        solid = sum((zone.count or 0.0) * zone.mean_volume for zone in self._zones)
+        densest = _densest(volume, *self._zones)
+        if solid <= densest * volume:
+            return []
+        return [
+            f"{self._scene.mark('zones')}: zones: found {solid:.4g} m3 of spheres in all of them together, "
+            f"expected at most {densest * volume:.4g} m3, {densest:.2f} of the container's {volume:.4g} m3; "
+            "ask for fewer"
+        ]
+
+    def suspicions(self, rooms: Sequence[float]) -> list[str]:
+        """Return a line for what looks like a container in the wrong unit, far too large for its spheres."""
+        scene, bounds = self._scene, self._container.bounds
+        lines = []
+        for index, (zone, room) in enumerate(zip(self._zones, rooms, strict=True)):
+            count = POURED * room / zone.mean_volume
+            if zone.count is None and count > MANY:
+                path = f"zones[{index}]"
+                lines.append(
+                    f"{scene.mark(path)}: {path}: about {count:.3g} spheres will fill its {room:.4g} m3; "
+                    f"{self._remark}"
+                )
+        width, _ = narrowest(bounds, self._container.periodic)
+        widest = 2.0 * max(zone.radius_max for zone in self._zones)
+        if all(zone.count is not None for zone in self._zones) and VAST * widest < width < np.inf:
+            lines.append(
+                f"{scene.mark('container')}: container: {extent_text(bounds)}, {width / widest:,.0f} times "
+                f"as wide as the largest sphere; {self._remark}"
+            )
+        return lines
+
+    def room(self, index: int, own: Locations) -> float:
+        """Return the volume of a zone [m3] with these locations.
+
+        Raises:
+            GeometryError: It has none within the container.
+        """
+        path, zone = f"zones[{index}].location", self._zones[index]
+        place = f"{self._scene.mark(path)}: {path}"
+        return room_of(self._container, own, zone.radius_min, zone.radius_max, place)
+
+
+def checked_locations(
+    scene: Scene, container: Container, warn: Callable[[str], None] = lambda _: None
+) -> tuple[Locations, ...]:
+    """Return what bounds each zone beside the container, once all that it asks for is known to make sense.
+
+    Args:
+        scene: The scene.
+        container: Its container.
+        warn: Called with a line for each fault of a mesh that was mended, and each unit that looks wrong.
+
+    Returns:
+        The shapes of each zone, none for the whole container.
+
+    Raises:
+        PackingError: A location cannot be read, lies outside the container, or has no volume; spheres are too
+            wide, or more than could ever fit. One line a fault, all of them at once.
+    """
+    amounts = Amounts(scene, container)
+    faults = amounts.too_wide()
+    wrong_size = bool(faults)
+    locations: list[Locations] = []
+    rooms: list[float] = []
+    for index, zone in enumerate(scene.zones):
+        path = f"zones[{index}].location"
+        try:
+            own = () if zone.location is None else (load_location(zone.location, scene, path, warn),)
+            room = container.volume if wrong_size else amounts.room(index, own)
+        except GeometryError as error:
+            faults.append(str(error))
+            continue
+        locations.append(own)
+        rooms.append(room)
+        faults += [] if wrong_size else amounts.too_many(index, room)
+    faults = faults or amounts.too_many_together()
+    if faults:
+        raise PackingError("\n".join(faults))
+    for line in amounts.suspicions(rooms):
+        warn(line)
+    return tuple(locations)
+
+
+def _asked(zone: ZoneSpec, scene: Scene) -> _Asked:
+    sets = scene.particle_sets
+    share = number_shares(zone, sets)
+    bounds = [each.distribution.radius_bounds for each, part in zip(sets, share, strict=True) if part > 0.0]
+    mean_volume = float(share @ mean_weights("volume", sets))
+    smallest, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
+    return _Asked(smallest, largest, mean_volume, expected_count(zone, sets))
+
+
+def _densest(room: float, *zones: _Asked) -> float:
+    """Return the solid fraction of a volume [m3] that the spheres of some zones cannot exceed."""
+    smallest, largest = min(zone.radius_min for zone in zones), max(zone.radius_max for zone in zones)
+    if room < FEW * UNIT_VOLUME * largest**3:
+        return 1.0
+    return DENSEST if largest < HOLLOW_RATIO * smallest else DENSEST_MIXED

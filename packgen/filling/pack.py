@@ -1,0 +1,215 @@
+"""From a scene and its container to a bed: draws the radii, runs the algorithm, keeps the provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+import packgen
+from packgen.arrange.spheres import Spheres
+from packgen.arrange.task import Algorithm, Progress, Task, ZoneTask
+from packgen.bed import Bed, ParticleSet
+from packgen.errors import PackingError
+from packgen.filling.fit import checked_locations
+from packgen.filling.remarks import remarks
+from packgen.geometry import Container, Shape, Slice, floor_direction
+from packgen.portable import length
+from packgen.supply.fitting import SumFit
+from packgen.supply.supply import Supply
+
+if TYPE_CHECKING:
+    from packgen.scene import Scene, ZoneSpec
+
+ALGORITHMS = {"COLLECTIVE_ARRANGEMENT": "packgen.arrange.collective.arrange:arrange"}
+"""Built-in algorithms; third parties add theirs by the entry-point group ``packgen.algorithms``."""
+
+PERIOD_MIN = 4.0
+"""Least length of a periodic box, in largest radii."""
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneResult:
+    """What became of a zone.
+
+    Attributes:
+        asked: Spheres asked for; None: until full.
+        placed: Spheres placed.
+        left_over: Spheres drawn but not placed.
+        locations: What bounds the zone beside the container.
+        counts: Spheres drawn of each set; None where ``asked`` is.
+        fit: How closely the spheres drawn add up to the volume or mass asked for; None: to none.
+    """
+
+    asked: int | None
+    placed: int
+    left_over: int
+    locations: tuple[Shape | Slice, ...] = ()
+    counts: tuple[int, ...] | None = None
+    fit: SumFit | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PackResult:
+    """The bed, what became of each zone, and a line for each thing that looks wrong before or after."""
+
+    bed: Bed
+    zones: tuple[ZoneResult, ...]
+    warnings: tuple[str, ...] = ()
+
+
+def find_algorithm(name: str, place: str) -> Algorithm:
+    """Return an algorithm by name.
+
+    Args:
+        name: As in the scene.
+        place: Where the scene names it.
+
+    Raises:
+        PackingError: No such algorithm; the message lists the ones there are.
+    """
+    if name in ALGORITHMS:
+        module, function = ALGORITHMS[name].split(":")
+        return cast("Algorithm", getattr(import_module(module), function))
+    others = {entry.name: entry for entry in entry_points(group="packgen.algorithms")}
+    if name in others:
+        return cast("Algorithm", others[name].load())
+    known = ", ".join(sorted([*ALGORITHMS, *others]))
+    raise PackingError(f"{place}: algorithm: found {name}, expected one of {known}")
+
+
+def pack(
+    scene: Scene,
+    container: Container,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    threads: int | None = None,
+    device: str = "cpu",
+    warn: Callable[[str], None] = lambda _: None,
+) -> PackResult:
+    """Fill the container as the scene says.
+
+    Args:
+        scene: The scene.
+        container: Its container.
+        on_progress: Called after each batch.
+        threads: Threads to use; None: the algorithm's choice. The bed does not depend on it.
+        device: ``cpu``, or ``cuda`` for the plain torch form of the loops.
+        warn: Called before the first sphere is placed, with a line for each thing that looks wrong.
+
+    Returns:
+        The bed, the outcome of each zone, and what looks wrong: what ``warn`` was told, zones that nothing
+        holds, and those whose sets or sums are not as asked for.
+
+    Raises:
+        PackingError: Nothing can be placed, or a location or an amount makes no sense.
+    """
+    _check_device(device)
+    algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
+    warnings: list[str] = []
+
+    def tell(line: str) -> None:
+        warnings.append(line)
+        warn(line)
+
+    locations = checked_locations(scene, container, tell)
+    seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
+    zones = []
+    for index, zone in enumerate(scene.zones):
+        supply = Supply(zone, scene.particle_sets, np.random.default_rng(seeds[index + 1]))
+        mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
+        zones.append(ZoneTask(index, mark, locations[index], supply, friction))
+    _check_periods(scene, container, zones)
+    gravity = np.asarray(scene.gravity_direction, float)
+    down = floor_direction(gravity, container.periodic)
+    task = Task(
+        container,
+        tuple(zones),
+        gravity / length(gravity) if down is None else down,
+        scene.params,
+        np.random.default_rng(seeds[0]),
+        threads,
+        device,
+        on_progress or (lambda _: None),
+    )
+    spheres = algorithm(task)
+    bed, results = _bed(scene, container, spheres), _results(spheres, zones)
+    return PackResult(bed, results, (*warnings, *remarks(scene, bed, results)))
+
+
+def _results(spheres: Spheres, zones: Sequence[ZoneTask]) -> tuple[ZoneResult, ...]:
+    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
+    return tuple(
+        ZoneResult(
+            zone.supply.asked,
+            placed[zone.index],
+            zone.supply.drawn_count - placed[zone.index],
+            zone.locations,
+            None if zone.supply.counts is None else tuple(zone.supply.counts.tolist()),
+            zone.supply.fit,
+        )
+        for zone in zones
+    )
+
+
+def _friction(scene: Scene, zone: ZoneSpec) -> float:
+    """Return the friction of the smoothest spheres of a zone."""
+    of_material = {each.name: each.friction for each in scene.materials}
+    shares = zip(scene.particle_sets, zone.set_proportions, strict=True)
+    return min(of_material[each.material or ""] for each, share in shares if share > 0.0)
+
+
+def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]) -> None:
+    """Refuse a box that wraps around after so short a way that a sphere meets another one twice."""
+    if not any(container.periodic):
+        return
+    place = f"{scene.mark('container.periodic')}: container.periodic"
+    lengths = container.bounds[1] - container.bounds[0]
+    least = PERIOD_MIN * max(zone.supply.radius_max for zone in zones)
+    faults = [
+        f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
+        f"{least:.4g} m, two diameters of the largest sphere, so that none meets another one twice; "
+        f"make it longer or leave {'xyz'[axis]} out"
+        for axis in np.flatnonzero(container.periodic)
+        if lengths[axis] < least
+    ]
+    if getattr(scene.params, "optimizer", None) == "adam":
+        faults.append(
+            f"{scene.mark('params.optimizer')}: params.optimizer: found adam, expected projection in a "
+            "periodic box; adam knows walls only"
+        )
+    if faults:
+        raise PackingError("\n".join(faults))
+
+
+def _check_device(device: str) -> None:
+    if device in {"cpu", "torch"}:
+        return
+    import torch
+
+    if not torch.cuda.is_available():
+        raise PackingError(
+            f"--device {device}: torch finds no such device; leave --device out to use the CPU"
+        )
+
+
+def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
+    sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
+    provenance: dict[str, Any] = {
+        "packgen": packgen.__version__,
+        "scene": scene.path.name,
+        "seed": scene.seed,
+        "algorithm": scene.algorithm,
+        "settings": scene.model_dump(),
+    }
+    return Bed(
+        spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
+        sets, scene.materials, scene.wall_material, container,
+        np.asarray(scene.gravity_direction, float) * scene.gravity,
+        scene.params.tolerance if hasattr(scene.params, "tolerance") else 1.0e-6,
+        provenance,
+    )  # fmt: skip

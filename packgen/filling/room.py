@@ -1,0 +1,130 @@
+"""How much room a zone has within the container: what bounds it, whether both meet, and its volume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.check.inside import inside
+from packgen.errors import GeometryError
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Shape, Slice
+
+Locations = tuple[Shape | Slice, ...]
+
+POINTS = 8192
+SIGMAS = 4.0
+
+
+def narrowest(bounds: Float64Array, periodic: tuple[bool, bool, bool]) -> tuple[float, str]:
+    """Return the least extent between walls [m], infinite where there are none, and its axis.
+
+    Args:
+        bounds: Lower and upper corner [m], shape (2, 3).
+        periodic: Axes along which there are no walls.
+    """
+    extent = np.where(periodic, np.inf, bounds[1] - bounds[0])
+    axis = int(np.argmin(extent))
+    return float(extent[axis]), "xyz"[axis]
+
+
+def room_of(container: Container, own: Locations, radius_min: float, radius_max: float, place: str) -> float:
+    """Return a volume [m3] that the part of a zone within the container does not exceed.
+
+    Args:
+        container: The container.
+        own: What bounds the zone beside it; nothing: the whole container.
+        radius_min: Smallest radius of the zone's spheres [m].
+        radius_max: Largest radius [m]: so far spheres reach beyond a slice that bounds their centres.
+        place: Where the scene names the location, for messages.
+
+    Returns:
+        The volume, exact between planes along the axes, else from above by points.
+
+    Raises:
+        GeometryError: There is no such part, or no sphere fits between its ends.
+    """
+    if not own:
+        return container.volume
+    bounds = _common_bounds(container, own)
+    _check_meeting(bounds, container, own, place)
+    whole = [each for each in own if not (isinstance(each, Slice) and each.centers_only)]
+    width, axis = narrowest(_common_bounds(container, whole), container.periodic)
+    if 2.0 * radius_min > width * (1.0 + 1e-9):
+        raise GeometryError(
+            f"{place}: found {width:.4g} m along {axis} within the container, but not one sphere of it fits "
+            f"(smallest radius {radius_min:.4g} m); expected a wider zone or smaller spheres"
+        )
+    if _share_within([container.shape, *own], bounds) == 0.0:
+        raise GeometryError(
+            f"{place}: lies outside the container, although their bounding boxes meet: found no point within "
+            "both; expected a zone inside it; move it"
+        )
+    reach = [_widened(each, radius_max) for each in own]
+    bounds = _common_bounds(container, reach)
+    share = _share_within([container.shape, *reach], bounds)
+    error = SIGMAS * np.sqrt(share * (1.0 - share) / POINTS) + (SIGMAS / POINTS if share < 1.0 else 0.0)
+    return float(np.prod(bounds[1] - bounds[0]) * min(share + error, 1.0))
+
+
+def _widened(shape: Shape | Slice, reach: float) -> Shape | Slice:
+    if not (isinstance(shape, Slice) and shape.centers_only):
+        return shape
+    return Slice(shape.axis, shape.low - reach, shape.high + reach, centers_only=True)
+
+
+def _common_bounds(container: Container, locations: Sequence[Shape | Slice]) -> Float64Array:
+    """Return the corners of what the bounding boxes of container and locations share [m], shape (2, 3)."""
+    from packgen.geometry.bounds import shape_bounds
+
+    bounds = np.array(container.bounds)
+    for each in locations:
+        least, most = shape_bounds(each)
+        bounds = np.stack([np.maximum(bounds[0], least), np.minimum(bounds[1], most)])
+    return bounds
+
+
+def _check_meeting(bounds: Float64Array, container: Container, own: Locations, place: str) -> None:
+    from packgen.geometry.bounds import shape_bounds
+
+    apart = np.flatnonzero(bounds[0] >= bounds[1])
+    if len(apart) == 0:
+        return
+    axis = int(apart[0])
+    least, most = (float(each[axis]) for each in shape_bounds(own[0]))
+    low, high = container.bounds[:, axis]
+    raise GeometryError(
+        f"{place}: lies outside the container: found {least:.4g} to {most:.4g} m along {'xyz'[axis]}, the "
+        f"container goes from {low:.4g} to {high:.4g} m; expected a zone inside it; move it"
+    )
+
+
+def _share_within(shapes: Sequence[Shape | Slice], bounds: Float64Array) -> float:
+    """Return the share of a box (2, 3) [m] that is within all of some shapes, by points."""
+    if all(isinstance(each, Box | Slice) for each in shapes):
+        return 1.0  # they are boxes along the axes all of them, and so is what they share
+    points = bounds[0] + np.random.default_rng(0).random((POINTS, 3)) * (bounds[1] - bounds[0])
+    # The cheapest first: a mesh is asked for what the others have left.
+    for shape in sorted(shapes, key=lambda each: isinstance(each, Mesh)):
+        points = points[_within(shape, points)]
+    return float(len(points) / POINTS)
+
+
+def _within(shape: Shape | Slice, points: Float64Array) -> np.ndarray:
+    """Tell which points [m], shape (N, 3), are within a shape, shape (N,)."""
+    if isinstance(shape, Mesh):
+        return inside(shape.surface.vertices[shape.surface.faces], points)
+    if isinstance(shape, Box):
+        return np.asarray(((points >= shape.min) & (points <= shape.max)).all(axis=1))
+    if isinstance(shape, Ball):
+        return np.asarray(np.linalg.norm(points - shape.center, axis=1) <= shape.radius)
+    if isinstance(shape, Slice):
+        along = points @ shape.axis
+        return np.asarray((along >= shape.low) & (along <= shape.high))
+    if isinstance(shape, Cone):
+        along = (points - shape.base) @ shape.axis
+        across = np.linalg.norm(points - shape.base - along[:, None] * shape.axis, axis=1)
+        radius = shape.radius_bottom + (shape.radius_top - shape.radius_bottom) * along / shape.height
+        return np.asarray((along >= 0.0) & (along <= shape.height) & (across <= radius))
+    return np.asarray((points @ shape.normal.T <= shape.offset).all(axis=1))

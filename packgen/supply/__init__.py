@@ -1,0 +1,1 @@
+"""The spheres of a zone: how many of each set, with which radii, in which order."""

@@ -1,0 +1,261 @@
+"""The spheres of a zone: how many of each set, with which radii, in which order; and those that come back.
+
+Radii are drawn here and nowhere else. What a zone takes and does not place is put back and comes again with
+the same radius, so that the radii of a complete zone are exactly the drawn ones.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.distributions import UNIT_VOLUME, Listed
+from packgen.errors import PackingError
+from packgen.portable import cube, cube_root, whole_power
+from packgen.supply.fitting import Pool, SumFit, fit_by_amount, fit_by_number
+from packgen.supply.mixtures import mixed_order, mixture_fraction, size_classes
+from packgen.supply.shares import (
+    Amount,
+    SizedSet,
+    expected_count,
+    largest_remainder,
+    mean_weights,
+    number_shares,
+    set_amounts,
+)
+
+__all__ = ["Draw", "Supply"]
+
+BLOCK = 1024
+COUNT_LIMIT = 2**31 - 1
+QUANTILES = 1000
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Draw:
+    """Spheres taken from a supply.
+
+    Attributes:
+        radius: Radii [m], shape (k,), float64.
+        set_index: Index of each sphere's particle set, shape (k,), int32.
+    """
+
+    radius: Float64Array
+    set_index: Int32Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", read_only(self.radius, np.float64, (None,), "draw.radius"))
+        shape = (len(self.radius),)
+        object.__setattr__(self, "set_index", read_only(self.set_index, np.int32, shape, "draw.set_index"))
+
+
+class Supply:
+    """The spheres still to be placed in a zone.
+
+    A zone with a number, a solid volume or a mass has all its radii drawn here and now, and mixed. A zone
+    without draws as it goes; the proportions hold at every moment for all spheres drawn so far. A zone
+    without an amount that uses a file of radii ends when the file does.
+
+    Attributes:
+        asked: Number of spheres; None: until the zone is full.
+        drawn_count: Number of different spheres handed out so far, or all where ``asked`` is known.
+        mean_volume: Mean volume of a sphere [m3].
+        radius_by_volume: Mean radius, each sphere counted by its volume [m].
+        radius_min: Smallest radius that will come [m].
+        radius_max: Largest radius that will come [m].
+        shares: Share of each set by number, shape (sets,).
+        counts: Number of spheres of each set, shape (sets,), int64; None where ``asked`` is.
+        fit: How closely the spheres add up to the volume or mass asked for; None: to none.
+    """
+
+    def __init__(self, zone: Amount, particle_sets: Sequence[SizedSet], rng: np.random.Generator) -> None:
+        """Draw the spheres of a zone.
+
+        Args:
+            zone: How much of which sets.
+            particle_sets: The sets, in the order of the zone's proportions.
+            rng: Source of randomness; the supply goes on using it.
+
+        Raises:
+            PackingError: The zone asks for more spheres than 2^31 - 1.
+        """
+        self._sets, self._rng = tuple(particle_sets), rng
+        self.shares = number_shares(zone, particle_sets)
+        self._count_by_set = np.zeros(len(self._sets), dtype=np.int64)
+        self._stock = [np.empty(0) for _ in self._sets]
+        self._queue: deque[Draw] = deque()
+        self.fit: SumFit | None = None
+        draw = self._draw_amount(zone)
+        self.counts = None if draw is None else np.bincount(draw.set_index, minlength=len(self._sets))
+        self.asked = None if draw is None else len(draw.radius)
+        self.drawn_count = self.asked or 0
+        if draw is not None:
+            self._queue.append(draw)
+        self._set_sizes(draw)
+
+    @property
+    def remaining(self) -> int | None:
+        """Number of spheres still to be placed; None: endless."""
+        return None if self.asked is None else sum(len(each.radius) for each in self._queue)
+
+    @property
+    def finished(self) -> bool:
+        """Whether no sphere is left."""
+        return self.remaining == 0
+
+    @property
+    def radius_reference(self) -> float:
+        """Radius of a sphere of mean volume [m]."""
+        return cube_root(self.mean_volume / UNIT_VOLUME)
+
+    def solid_fraction(self, alone: float) -> float:
+        """Return the solid fraction of a bed of these spheres where that of equal ones is ``alone``."""
+        return mixture_fraction(*self._sizes, alone)
+
+    def take(self, count: int) -> Draw:
+        """Return the next spheres: those put back come first.
+
+        Args:
+            count: How many, at least 0.
+
+        Returns:
+            ``count`` spheres, or all that are left.
+        """
+        parts: list[Draw] = []
+        missing = count
+        while missing > 0 and self._queue:
+            first = self._queue.popleft()
+            parts.append(Draw(first.radius[:missing], first.set_index[:missing]))
+            if len(first.radius) > missing:
+                self._queue.appendleft(Draw(first.radius[missing:], first.set_index[missing:]))
+            missing -= len(parts[-1].radius)
+        if missing > 0 and self.asked is None:
+            parts.append(self._draw_more(missing))
+            self.drawn_count += missing
+        return _joined(parts)
+
+    def put_back(self, draw: Draw) -> None:
+        """Return spheres that found no place: they come first next time."""
+        if len(draw.radius):
+            self._queue.appendleft(draw)
+
+    def _draw_amount(self, zone: Amount) -> Draw | None:
+        """Draw everything that a zone asks for; None: it asks for no amount."""
+        expected = expected_count(zone, self._sets)
+        if expected is not None and expected > COUNT_LIMIT:
+            raise PackingError(
+                f"a zone asks for about {expected:.3g} spheres, expected at most {COUNT_LIMIT}; "
+                "check the unit of its amount and of the radii"
+            )
+        if zone.n_particles is not None:
+            return self._draw_count(zone.n_particles)
+        if expected is not None:
+            wanted = zone.volume if zone.volume is not None else zone.mass
+            return self._draw_sum(
+                zone, "mass" if zone.volume is None else "volume", wanted or 0.0, round(expected)
+            )
+        lists = [
+            (each.distribution.count, share)
+            for each, share in zip(self._sets, self.shares, strict=True)
+            if share > 0.0 and isinstance(each.distribution, Listed)
+        ]
+        # Rounded to nine digits first: 300 spheres at a share of 0.3 are 1000, not 999.
+        total = min((int(round(count / share, 9)) for count, share in lists), default=None)
+        return None if total is None else self._draw_count(total)
+
+    def _draw_count(self, count: int) -> Draw:
+        """Draw a number of spheres, divided among the sets by largest remainder."""
+        counts = largest_remainder(self.shares, count)
+        return self._mixed(counts, [self._radii(index, int(each)) for index, each in enumerate(counts)])
+
+    def _draw_sum(self, zone: Amount, by: str, wanted: float, count: int) -> Draw:
+        """Draw spheres whose volumes [m3] or masses [kg] add up to what is wanted, each set with its share.
+
+        About the right number is drawn, and spare ones. One set alone meets the sum to half its smallest
+        sphere.
+        """
+        pools = self._pools(by, largest_remainder(self.shares, count))
+        used = np.flatnonzero(self.shares > 0.0)
+        if len(used) > 1 and zone.proportions_by == "number":
+            fit_by_number([pools[each] for each in used], self.shares[used], count, wanted)
+        else:
+            fit_by_amount(pools, set_amounts(zone, self._sets))
+        smallest = min(pools[each].smallest for each in used)
+        self.fit = SumFit(by, wanted, sum(pool.total for pool in pools), 0.5 * smallest, len(used) > 1)
+        radii = [pool.chosen for pool in pools]
+        return self._mixed(np.array([len(each) for each in radii]), radii)
+
+    def _pools(self, by: str, counts: Int64Array) -> list[Pool]:
+        """Draw so many spheres of each set, and spare ones."""
+        used = self.shares > 0.0
+        reserve = np.where(used, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
+        if used.sum() > 1:
+            # Of a broad law the spheres drawn are far from the expected sum: the count has to give way.
+            reserve = np.where(used, np.maximum(BLOCK, counts // 2), 0)
+        pools = []
+        for index, each in enumerate(self._sets):
+            law, count = each.distribution, int(counts[index])
+            density = each.density if by == "mass" else 1.0
+            if isinstance(law, Listed):
+                order = self._rng.permutation(law.radius)
+                order = order if self.shares[index] > 0.0 else order[:0]
+                pools.append(Pool(order[:count], order[count:], density, once=True))
+            else:
+                drawn, spare = self._radii(index, count), self._radii(index, int(reserve[index]))
+                pools.append(Pool(drawn, spare, density, once=False))
+        return pools
+
+    def _draw_more(self, count: int) -> Draw:
+        """Draw the next spheres of an endless zone: each set gets what it is short of."""
+        quota = self.shares * (int(self._count_by_set.sum()) + count)
+        short = np.maximum(quota - self._count_by_set, 0.0)
+        counts = largest_remainder(short / short.sum(), count)
+        self._count_by_set += counts
+        return self._mixed(counts, [self._from_stock(index, int(each)) for index, each in enumerate(counts)])
+
+    def _from_stock(self, index: int, count: int) -> Float64Array:
+        """Return radii of a set from stratified blocks: few at a time follow the law as well as many."""
+        while len(self._stock[index]) < count:
+            block = self._radii(index, max(BLOCK, count))
+            self._stock[index] = np.concatenate([self._stock[index], block])
+        taken, self._stock[index] = np.split(self._stock[index], [count])
+        return taken
+
+    def _radii(self, index: int, count: int) -> Float64Array:
+        return self._sets[index].distribution.sample(self._rng, count)
+
+    def _mixed(self, counts: Int64Array, radii: list[Float64Array]) -> Draw:
+        set_index = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+        radius = np.concatenate(radii)
+        order = mixed_order(radius, set_index, self._rng)
+        return Draw(radius[order], set_index[order])
+
+    def _set_sizes(self, draw: Draw | None) -> None:
+        """Keep the sizes that will come: those drawn, or those that the laws allow."""
+        if draw is not None and len(draw.radius):
+            volume = cube(draw.radius)
+            self.mean_volume = float(UNIT_VOLUME * np.mean(volume))
+            self.radius_by_volume = float(np.mean(whole_power(draw.radius, 4)) / np.mean(volume))
+            self.radius_min, self.radius_max = float(draw.radius.min()), float(draw.radius.max())
+            self._sizes = size_classes(draw.radius, volume)
+            return
+        used = [each for each, share in zip(self._sets, self.shares, strict=True) if share > 0.0]
+        self.mean_volume = float((self.shares * mean_weights("volume", self._sets)).sum())
+        level = (np.arange(QUANTILES) + 0.5) / QUANTILES
+        radius = np.stack([each.distribution.quantile(level) for each in used])
+        volume = self.shares[self.shares > 0.0, None] * cube(radius)
+        self.radius_by_volume = float((volume * radius).sum() / volume.sum())
+        self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
+        self.radius_max = max(each.distribution.radius_bounds[1] for each in used)
+        self._sizes = size_classes(radius.ravel(), volume.ravel())
+
+
+def _joined(parts: list[Draw]) -> Draw:
+    if len(parts) == 1:
+        return parts[0]
+    radius = np.concatenate([np.empty(0), *(each.radius for each in parts)])
+    return Draw(radius, np.concatenate([np.empty(0, dtype=np.int32), *(each.set_index for each in parts)]))

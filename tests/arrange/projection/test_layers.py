@@ -1,0 +1,289 @@
+"""The fused loops against brute force, independent formulas, and their plain torch form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from packgen.arrange.projection.numba_layer import FusedLayer
+from packgen.arrange.projection.pair_rules import list_reach
+from packgen.arrange.projection.recipe import Step
+from packgen.arrange.projection.torch_layer import PlainLayer
+from packgen.arrange.space.feature_kernels import BALL, CENTER_PLANE, CONE, PLANE, TRIANGLE, wall_gap
+from packgen.arrange.space.walls import wall_table
+from packgen.geometry import Ball, Box, Cone, Mesh, Slice, Surface
+from tests.beds import box_surface
+
+DOWN = np.array([0.0, 0.0, -1.0])
+ASKEW = np.array([0.1, 0.2, -1.0])  # no two spheres at one height: who is blamed is no matter of order
+QUICK = settings(max_examples=60, deadline=None, derandomize=True)
+
+
+def box_walls(low, high, radius_max):
+    bounds = np.array([np.broadcast_to(low, 3), np.broadcast_to(high, 3)], float)
+    return wall_table([Box(bounds[0], bounds[1])], bounds, radius_max)
+
+
+@st.composite
+def crowds(draw):
+    """Spheres, how many of them move, and a skin: broad and narrow, here and far away, coincident or not."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    count = draw(st.integers(1, 150))
+    ratio = draw(st.sampled_from([1.0, 1.5, 4.0, 50.0]))
+    form = draw(st.sampled_from(["uniform", "two sizes", "log"]))
+    if form == "uniform":
+        radius = rng.uniform(1.0, ratio, count)
+    elif form == "two sizes":
+        radius = np.where(rng.random(count) < 0.2, ratio, 1.0)
+    else:
+        radius = ratio ** rng.random(count)
+    side = draw(st.sampled_from([0.0, 2.0, 12.0, 300.0]))
+    extent = side * np.array(draw(st.sampled_from([(1, 1, 1), (1, 1, 0.01), (10, 0.01, 0.01)])))
+    position = rng.random((count, 3)) * extent
+    if draw(st.booleans()):
+        position = np.round(position)
+    position += draw(st.sampled_from([0.0, -1e3, 1e6]))
+    return (
+        np.column_stack([position, radius]),
+        draw(st.integers(0, count)),
+        draw(st.sampled_from([0.0, 0.3, 0.8])),
+    )
+
+
+def listed_pairs(layer):
+    """The owners and the others of a layer's pairs, in the layer's own order."""
+    owner = np.repeat(np.arange(layer.owners), np.diff(layer.begin))
+    other = layer.neighbor[: layer.begin[-1]]
+    return owner, other
+
+
+@QUICK
+@given(crowds())
+def test_the_neighbour_list_is_that_of_brute_force(crowd):
+    ball, moving, skin = crowd
+    layer = FusedLayer(ball.copy(), moving, box_walls(-1.0, 1.0, 1.0))
+    layer.rebuild(skin)
+    assert sorted(map(tuple, layer.ball)) == sorted(map(tuple, ball))
+    assert np.array_equal(layer.ball[:moving], ball[layer.identity])
+    owner, other = listed_pairs(layer)
+    listed = {(min(a, b), max(a, b)) for a, b in zip(owner.tolist(), other.tolist(), strict=True)}
+    assert len(listed) == len(owner), "a pair is listed twice"
+    position, radius = layer.ball[:, :3], layer.ball[:, 3]
+    first, second = np.triu_indices(len(ball), 1)
+    distance = np.linalg.norm(position[first] - position[second], axis=1)
+    each = list_reach(radius, moving, skin, layer.reference)
+    reach = each[first] + each[second]
+    for slack, are_subset in ((-1e-9, True), (1e-9, False)):
+        near = (distance < reach * (1.0 + slack)) & (first < moving)
+        pairs = set(zip(first[near].tolist(), second[near].tolist(), strict=True))
+        assert pairs <= listed if are_subset else listed <= pairs
+
+
+SHAPES = {
+    "box": [Box([0, 0, 0], [1, 1, 1])],
+    "cone": [Cone([0.5, 0.5, 0], [0, 0, 1], 1.0, 0.3, 0.6)],
+    "ball": [Ball([0.5, 0.5, 0.5], 0.55)],
+    "slices": [
+        Box([0, 0, 0], [1, 1, 1]),
+        Slice([0, 0, 1], 0.2, 0.8, centers_only=True),
+        Slice([0.6, 0.8, 0], 0.3, 1.1, centers_only=False),
+    ],
+    "triangles": [Mesh(box_surface([0, 0, 0], [1, 1, 1]))],
+}
+
+
+@pytest.mark.parametrize("shapes", SHAPES.values(), ids=SHAPES)
+@pytest.mark.parametrize("ratio", [1.0, 6.0])
+def test_the_fused_loops_equal_the_plain_torch_form_to_rounding(shapes, ratio):
+    rng = np.random.default_rng(3)
+    radius = np.where(rng.random(300) < 0.15, 0.06, 0.06 / ratio)
+    ball = np.column_stack([rng.uniform(0.1, 0.9, (300, 3)), radius])
+    walls = wall_table(shapes, np.array([[0.0] * 3, [1.0] * 3]), 0.06)
+    layers = FusedLayer(ball.copy(), 200, walls), PlainLayer(ball.copy(), 200, walls, "torch")
+    for number in range(12):
+        if number % 5 == 0:
+            for layer in layers:
+                layer.rebuild(0.8)
+        fall = DOWN * 0.06 * 0.02 if number < 6 else 0.0 * DOWN
+        roughness = max(0.0, 0.5 - 0.1 * number)
+        fused, plain = (layer.sweep(fall, Step(0.8, 1.0, 0.2, roughness)) for layer in layers)
+        assert fused[0] == pytest.approx(plain[0], rel=1e-9)
+        assert fused[1] == plain[1]
+    for layer in layers:
+        layer.rebuild(0.3)
+    (fused, fused_blame), (plain, plain_blame) = (layer.overlaps(1.02, ASKEW) for layer in layers)
+    assert fused == pytest.approx(plain, rel=1e-9)
+    assert fused > 0.0
+    in_order = [np.argsort(layer.identity) for layer in layers]
+    assert np.allclose(fused_blame[in_order[0]], plain_blame[in_order[1]], rtol=1e-7, atol=1e-11)
+    end = [layer.positions()[order] for layer, order in zip(layers, in_order, strict=True)]
+    assert np.abs(end[0] - end[1]).max() < 1e-11
+    assert np.abs(end[0] - ball[:200, :3]).max() > 0.01
+
+
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_a_pair_is_parted_by_its_masses_and_a_fixed_sphere_stays(layer_type):
+    ball = np.array([[0.0, 0, 0, 1.0], [2.9, 0, 0, 2.0], [0.0, 3.0, 0.0, 2.0], [9.0, 9.0, 9.0, 1.0]])
+    walls = box_walls(-50.0, 50.0, 2.0)
+    layer = (
+        FusedLayer(ball.copy(), 2, walls) if layer_type == "fused" else PlainLayer(ball, 2, walls, "torch")
+    )
+    layer.rebuild(0.5)
+    worst, _ = layer.sweep(0.0 * DOWN, Step(0.0, 1.0, 0.2))
+    assert worst == pytest.approx(0.1)
+    moved = layer.positions()[np.argsort(layer.identity)] - ball[:2, :3]
+    assert moved == pytest.approx(np.array([[-0.1 * 8 / 9, 0, 0], [0.1 / 9, 0, 0]]))
+
+
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_spheres_that_outrun_the_list_are_counted_and_one_that_did_by_far_as_all(layer_type):
+    ball = np.array([[3.0 * i, 0.0, 0.0, 1.0] for i in range(5)])
+    walls = box_walls(-50.0, 50.0, 1.0)
+    layer = (
+        FusedLayer(ball.copy(), 5, walls) if layer_type == "fused" else PlainLayer(ball, 5, walls, "torch")
+    )
+    layer.rebuild(0.2)  # a margin of 0.1
+    step = Step(0.0, 1.0, 0.2, 0.0, 2.0)
+    strays = [layer.sweep(DOWN * 0.06, step)[1] for _ in range(4)]
+    assert strays == [0, 5, 5, 5 + 5 * 5]
+
+
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_a_rough_wall_keeps_each_sphere_off_by_a_share_of_its_own_and_gently(layer_type):
+    ball = np.array([[3.0 * i, 0.0, 1.0, 1.0] for i in range(12)])
+    walls = box_walls(0.0, 50.0, 1.0)
+    ball[:, :2] += 5.0
+    layer = (
+        FusedLayer(ball.copy(), 12, walls) if layer_type == "fused" else PlainLayer(ball, 12, walls, "torch")
+    )
+    layer.rebuild(2.0)
+    step = Step(0.0, 1.0, 0.2, 0.5)
+    layer.sweep(0.0 * DOWN, step)
+    assert layer.positions()[:, 2].max() <= 1.1 + 1e-12
+    for _ in range(20):
+        layer.sweep(0.0 * DOWN, step)
+    above = np.sort(layer.positions()[:, 2] - 1.0)
+    assert 0.0 <= above[0] < 0.1
+    assert 0.4 < above[-1] <= 0.5
+    assert len(np.unique(above.round(6))) == 12
+
+
+@pytest.mark.parametrize("layer_type", ["fused", "plain"])
+def test_a_rough_wall_of_many_facets_keeps_off_as_gently_as_one_of_few(layer_type):
+    bounds = np.array([[0.0] * 3, [12.0] * 3])
+    fine = trimesh.creation.box(bounds=bounds).subdivide_to_size(0.4)
+    walls = wall_table([Mesh(Surface(fine.vertices, fine.faces))], bounds, 1.0)
+    ball = np.array([[2.1 + 2.5 * i, 6.0, 1.0, 1.0] for i in range(4)])
+    layer = (
+        FusedLayer(ball.copy(), 4, walls) if layer_type == "fused" else PlainLayer(ball, 4, walls, "torch")
+    )
+    layer.rebuild(2.0)
+    layer.sweep(0.0 * DOWN, Step(0.0, 1.0, 0.2, 0.5))
+    pushed = layer.positions()[:, 2] - 1.0
+    assert 0.05 < pushed.max() <= 0.1 + 1e-12
+
+
+def gap_of(kind, numbers, point, radius):
+    row = np.zeros(12)
+    row[: len(numbers)] = numbers
+    gap, *push = wall_gap(kind, row, *point, radius)
+    return gap, np.array(push)
+
+
+POINTS = st.tuples(*[st.floats(-2.0, 2.0)] * 3).map(np.array)
+RADII = st.floats(0.01, 1.0)
+
+
+@QUICK
+@given(point=POINTS, normal=POINTS, radius=RADII)
+def test_plane_gaps_are_projections(point, normal, radius):
+    normal = normal / np.linalg.norm(normal) if np.linalg.norm(normal) > 0.1 else np.array([0.0, 0, 1])
+    for kind, size in ((PLANE, radius), (CENTER_PLANE, 0.0)):
+        gap, push = gap_of(kind, [*normal, 0.3], point, radius)
+        foot = point - push * gap
+        assert normal @ foot == pytest.approx(0.3 - size, abs=1e-12)
+        assert push == pytest.approx(-normal)
+
+
+@QUICK
+@given(
+    point=POINTS,
+    bottom=st.floats(0.0, 2.0),
+    top=st.floats(0.1, 2.0),
+    height=st.floats(0.5, 3.0),
+    radius=RADII,
+)
+def test_cone_gaps_are_distances_to_the_nearest_generator(point, bottom, top, height, radius):
+    slope = top - bottom
+    length = np.hypot(height, slope)
+    row = [0.1, -0.2, 0.3, 0, 0, 1, bottom, height / length, slope / length]
+    gap, push = gap_of(CONE, row, point, radius)
+    # In the meridian plane through the point the generator is a line; its distance by the cross product.
+    away = point - np.array([0.1, -0.2, 0.3])
+    meridian = np.array([np.hypot(away[0], away[1]) - bottom, away[2]])
+    generator = np.array([slope, height]) / length
+    assert gap == pytest.approx(generator[0] * meridian[1] - generator[1] * meridian[0] - radius, abs=1e-12)
+    if np.hypot(away[0], away[1]) > 1e-6:
+        assert np.linalg.norm(push) == pytest.approx(1.0)
+        moved, _ = gap_of(CONE, row, point + 1e-7 * push, radius)
+        assert moved - gap == pytest.approx(1e-7, rel=1e-3)
+
+
+@QUICK
+@given(point=POINTS, radius=RADII)
+def test_ball_gaps_are_what_is_left_to_the_shell(point, radius):
+    center = np.array([0.3, 0.1, -0.4])
+    gap, push = gap_of(BALL, [*center, 3.0], point, radius)
+    assert np.linalg.norm(point - center) + radius + gap == pytest.approx(3.0)
+    if np.linalg.norm(point - center) > 1e-9:
+        assert push == pytest.approx((center - point) / np.linalg.norm(center - point))
+
+
+def closest_by_minimiser(corner, point):
+    """The point of a triangle nearest to another, by minimising over its two barycentric coordinates."""
+    a, b, c = corner
+
+    def square(weight):
+        return np.sum((a + weight[0] * (b - a) + weight[1] * (c - a) - point) ** 2)
+
+    inside = {"type": "ineq", "fun": lambda weight: 1.0 - weight[0] - weight[1]}
+    starts = [(1 / 3, 1 / 3), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+    found = [
+        minimize(square, start, bounds=[(0, 1)] * 2, constraints=[inside], tol=1e-14) for start in starts
+    ]
+    return np.sqrt(min(each.fun for each in found))
+
+
+def test_triangle_gaps_are_those_of_a_minimiser():
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        corner, point = rng.uniform(-1, 1, (3, 3)), rng.uniform(-2, 2, 3)
+        gap, push = gap_of(TRIANGLE, [*corner.ravel(), 0, 0, 1], point, 0.25)
+        distance = closest_by_minimiser(corner, point)
+        assert gap + 0.25 == pytest.approx(distance, abs=1e-6)
+        assert np.linalg.norm(push) == pytest.approx(1.0)
+        # Against the push lies the triangle: its plane or an edge is met at that distance.
+        assert closest_by_minimiser(corner, point - push * (gap + 0.25)) == pytest.approx(0.0, abs=2e-6)
+
+
+def test_a_centre_on_a_triangle_is_pushed_to_its_inner_side():
+    gap, push = gap_of(TRIANGLE, [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, -1], [0.2, 0.2, 0.0], 0.25)
+    assert gap == -0.25
+    assert push == pytest.approx([0, 0, -1])
+
+
+@pytest.mark.parametrize("shapes", SHAPES.values(), ids=SHAPES)
+def test_the_map_of_features_misses_none_in_reach(shapes):
+    table = wall_table(shapes, np.array([[0.0] * 3, [1.0] * 3]), 0.05)
+    rng = np.random.default_rng(1)
+    for point in rng.random((300, 3)):
+        cell = np.minimum(((point - table.map_origin) / table.map_size).astype(int), table.map_cells - 1)
+        flat = (cell[2] * table.map_cells[1] + cell[1]) * table.map_cells[0] + cell[0]
+        listed = set(table.map_item[table.map_start[flat] : table.map_start[flat + 1]].tolist())
+        for feature in range(len(table.kind)):
+            gap = wall_gap(table.kind[feature], table.row[feature], *point, 0.0)[0]
+            assert gap >= 1.5 * 0.05 or feature in listed

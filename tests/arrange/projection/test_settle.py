@@ -1,0 +1,197 @@
+"""What ``settle`` promises: no overlap, nothing shrunk, nothing fixed moved, and the same again."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from packgen.arrange.projection.recipe import Recipe
+from packgen.arrange.projection.settle import SettleStats, settle
+from packgen.arrange.projection.throw_back import squeezed_pairs, throw_back
+from packgen.arrange.space.walls import wall_table
+from packgen.geometry import Box, Cone, Slice
+
+DOWN = np.array([0.0, 0.0, -1.0])
+TOLERANCE = 1e-6
+
+
+def walls_of(*shapes, radius_max=0.1, low=(0, 0, 0), high=(1, 1, 1)):
+    return wall_table(shapes, np.array([low, high], float), radius_max)
+
+
+CUBE = walls_of(Box([0, 0, 0], [1, 1, 1]))
+
+
+def crowd(count, seed=0, low=0.05, high=0.08, fixed=()):
+    """Random spheres, overlapping, over a floor of fixed ones."""
+    rng = np.random.default_rng(seed)
+    ball = np.column_stack([rng.uniform(0.1, 0.9, (count, 3)), rng.uniform(low, high, count)])
+    return np.concatenate([ball, np.reshape(fixed, (-1, 4))])
+
+
+def floor_of_spheres(radius=0.1):
+    middles = np.arange(radius, 1.0, 2 * radius)
+    x, y = (each.ravel() for each in np.meshgrid(middles, middles))
+    return np.column_stack([x, y, np.full(x.size, radius), np.full(x.size, radius)])
+
+
+def depths(position, radius, others=None):
+    """Overlap of every pair over the smaller radius; with ``others`` (k, 4), of each with each of them."""
+    if others is None:
+        distance = np.linalg.norm(position[:, None] - position[None], axis=2)
+        reach, smaller = radius[:, None] + radius[None], np.minimum(radius[:, None], radius[None])
+        return ((reach - distance) / smaller)[np.triu_indices(len(radius), 1)]
+    distance = np.linalg.norm(position[:, None] - others[None, :, :3], axis=2)
+    return (
+        (radius[:, None] + others[None, :, 3] - distance) / np.minimum(radius[:, None], others[None, :, 3])
+    ).ravel()
+
+
+@pytest.mark.parametrize("sink", [True, False])
+@pytest.mark.parametrize("high", [0.08, 0.02])
+def test_what_is_kept_overlaps_nothing(sink, high):
+    fixed = floor_of_spheres()
+    ball = crowd(150, low=0.01 if high < 0.05 else 0.05, high=high, fixed=fixed)
+    before = ball.copy()
+    position, kept = settle(ball, 150, CUBE, DOWN, Recipe(), sink=sink)
+    assert np.array_equal(ball, before), "what was given is as it was: radii, and the fixed spheres"
+    assert kept.sum() > 120
+    position, radius = position[kept], ball[:150, 3][kept]
+    assert depths(position, radius).max() <= TOLERANCE
+    assert depths(position, radius, fixed).max() <= TOLERANCE
+    assert (
+        np.minimum(position - radius[:, None], 1.0 - position - radius[:, None]).min()
+        >= -TOLERANCE * radius.max()
+    )
+
+
+def test_of_too_many_spheres_only_those_that_do_not_fit_are_thrown_back_and_counted():
+    stats = SettleStats()
+    ball = crowd(900, low=0.06, high=0.06)  # solid fraction 0.81, random packings reach 0.64, less at walls
+    position, kept = settle(ball, 900, CUBE, DOWN, Recipe(), stats)
+    assert 500 < kept.sum() < 700
+    assert stats.thrown_back == 900 - kept.sum()
+    assert np.isfinite(position).all()
+    assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
+
+
+def test_a_sphere_with_nowhere_to_go_is_thrown_back_and_its_cage_stays():
+    cage = np.array([[*(0.5 + 0.11 * np.array(d)), 0.06] for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)])
+    cage[:, :3] -= 0.11
+    ball = np.concatenate([[[0.5, 0.5, 0.5, 0.09]], cage])
+    _, kept = settle(ball, 1, CUBE, DOWN, Recipe())
+    assert not kept[0]
+
+
+def test_the_same_start_gives_the_same_end_bit_for_bit():
+    first, second = (settle(crowd(200), 200, CUBE, DOWN, Recipe()) for _ in range(2))
+    assert np.array_equal(first[0], second[0])
+    assert np.array_equal(first[1], second[1])
+
+
+def test_without_sinking_spheres_that_touch_nothing_stay_where_they_are():
+    ball = np.array(
+        [[0.3, 0.3, 0.9, 0.05], [0.7, 0.7, 0.5, 0.05], [0.3, 0.7, 0.5, 0.05], [0.33, 0.7, 0.5, 0.05]]
+    )
+    position, kept = settle(ball, 4, CUBE, DOWN, Recipe(), sink=False)
+    assert kept.all()
+    assert np.array_equal(position[:2], ball[:2, :3])
+    assert not np.array_equal(position[2], ball[2, :3])
+
+
+def test_a_lone_sphere_sinks_by_the_recipes_steps_until_it_lies_on_the_floor():
+    ball = np.array([[0.5, 0.5, 0.2, 0.1]])
+    position, kept = settle(ball, 1, CUBE, DOWN, Recipe())
+    assert kept[0]
+    assert position[0, :2] == pytest.approx([0.5, 0.5])
+    assert position[0, 2] == pytest.approx(0.1, rel=1e-3)
+
+
+def test_no_tolerance_leaves_the_layer_as_the_sinking_left_it():
+    recipe = dataclasses.replace(Recipe(), tolerance=None)
+    ball = crowd(300, low=0.08, high=0.08)
+    position, kept = settle(ball, 300, CUBE, DOWN, recipe)
+    assert kept.all()
+    assert depths(position, ball[:, 3]).max() > 1e-3
+
+
+def test_an_empty_layer_is_done_at_once():
+    position, kept = settle(np.empty((0, 4)), 0, CUBE, DOWN, Recipe())
+    assert position.shape == (0, 3)
+    assert kept.shape == (0,)
+
+
+def test_cones_and_slices_hold_their_spheres():
+    cone = Cone([0.5, 0.5, 0.0], [0.0, 0.0, 1.0], 1.0, 0.2, 0.5)
+    sheet = Slice([0.0, 0.0, 1.0], 0.3, 0.6, centers_only=True)
+    ball = crowd(60)
+    ball[:, :3] = 0.5 + 0.3 * (ball[:, :3] - 0.5)
+    position, kept = settle(ball, 60, walls_of(cone, sheet), DOWN, Recipe())
+    position, radius = position[kept], ball[kept, 3]
+    assert kept.sum() > 40
+    off = np.hypot(*(position[:, :2] - 0.5).T)
+    room = ((0.2 + 0.3 * position[:, 2]) - off) / np.hypot(1.0, 0.3) - radius
+    assert room.min() >= -TOLERANCE * radius.max()
+    assert position[:, 2].min() >= 0.3 - TOLERANCE * radius.max()
+    assert position[:, 2].max() <= 0.6 + TOLERANCE * radius.max()
+
+
+@pytest.mark.parametrize("sink", [True, False])
+def test_plain_torch_settles_as_well(sink):
+    ball = crowd(60)
+    position, kept = settle(ball, 60, CUBE, DOWN, Recipe(), sink=sink, device="torch")
+    assert kept.sum() > 50
+    assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
+
+
+class Crowd:
+    """As much of a layer as throwing back needs."""
+
+    def __init__(self, position, radius=1.0):
+        self.position, self.moving, self.out = position, len(position), None
+        self.radius = np.full(len(position), radius)
+
+    def positions(self):
+        return self.position
+
+    def radii(self):
+        return self.radius
+
+    def take_out(self, out):
+        self.out = out
+
+
+def test_of_spheres_squeezed_together_only_the_worst_is_thrown_back():
+    crowd = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0], [3.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0]]))
+    blame = np.array([0.2, 0.3, 0.1, 0.05, 0.001])
+    recipe = dataclasses.replace(Recipe(), throw_share=1.0)
+    assert throw_back(crowd, blame, 0.01, recipe) == 2
+    assert np.flatnonzero(crowd.out).tolist() == [1, 3]
+    few = dataclasses.replace(recipe, throw_share=0.2)
+    assert throw_back(crowd, blame, 0.01, few) == 1
+    assert np.flatnonzero(crowd.out).tolist() == [1]
+    alike = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0]]))
+    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, recipe) == 1
+
+
+def test_large_spheres_that_touch_are_thrown_back_one_at_a_time_whatever_small_ones_lie_about():
+    position = np.array([[0.0, 0, 0], [19.0, 0, 0], *([500.0 + 9 * k, 0, 0] for k in range(50))])
+    crowd = Crowd(position, np.where(position[:, 0] < 500.0, 10.0, 1.0))
+    blame = np.zeros(52)
+    blame[:2] = 0.2, 0.1
+    assert throw_back(crowd, blame, 0.01, Recipe()) == 1
+    assert np.flatnonzero(crowd.out).tolist() == [0]
+
+
+def test_squeezed_pairs_are_those_nearer_than_two_sums_of_radii():
+    rng = np.random.default_rng(3)
+    position, radius = rng.random((300, 3)), rng.choice([0.004, 0.007, 0.01, 0.03, 0.08], 300)
+    first, second = squeezed_pairs(position, radius)
+    distance = np.linalg.norm(position[:, None] - position, axis=2)
+    near = np.triu(distance <= 2.0 * (radius[:, None] + radius), 1)
+    found = np.stack([np.minimum(first, second), np.maximum(first, second)], axis=1)
+    assert len(found) == near.sum() > 300
+    assert near[tuple(found.T)].all()
+    assert len(np.unique(found, axis=0)) == len(found)
