@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from packgen.arrange.collective.layers import LayerPlan
+from packgen.arrange.collective.plan import LayerPlan
 from packgen.arrange.projection.recipe import Recipe
 from packgen.scene import load_scene
 from tests.snippets import ROOT, Reader, blocks_of, commands_of, pages

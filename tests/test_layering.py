@@ -46,9 +46,9 @@ def named(path: Path) -> str:
 
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("exporters/**/*.py")), ids=named)
-def test_exporters_know_bed_arrays_and_errors_and_nothing_else_of_packgen(path):
+def test_exporters_know_bed_shapes_arrays_and_errors_and_nothing_else_of_packgen(path):
     of_packgen = {name for name in imports(path, top_only=False) if in_package(name, "packgen")}
-    allowed = ("packgen.arrays", "packgen.bed", "packgen.errors")
+    allowed = ("packgen.arrays", "packgen.bed", "packgen.errors", "packgen.geometry")
     assert {name for name in of_packgen if not any(in_package(name, each) for each in allowed)} == set()
 
 
@@ -67,6 +67,90 @@ def test_the_check_shares_no_code_with_the_core(path):
     assert not [
         name for name in imports(path, top_only=False) if any(in_package(name, each) for each in core)
     ]
+
+
+def known_to(path: Path) -> set[str]:
+    """What a module imports of the project, at any place in it."""
+    return {name for name in imports(path, top_only=False) if name.split(".")[0] in ("packgen", "exporters")}
+
+
+def breaches(place: str, *forbidden: str) -> list[tuple[str, str]]:
+    """The imports of a package from others that it must not know."""
+    return [
+        (named(path), name)
+        for path in sorted(ROOT.glob(f"packgen/{place}/**/*.py"))
+        for name in known_to(path)
+        if any(in_package(name, each) for each in forbidden)
+    ]
+
+
+ALGORITHMS = sorted(path.parent.name for path in ROOT.glob("packgen/arrange/*/arrange.py"))
+CORE = ("packgen.scene", "packgen.arrange")
+UPPER = ("packgen.filling", "packgen.report", "packgen.validation", "packgen.page", "packgen.cli")
+
+
+def test_there_are_algorithms_with_rooms_of_their_own():
+    assert ALGORITHMS == ["adam", "collective"]
+    assert all((ROOT / "packgen/arrange" / name / "params.py").is_file() for name in ALGORITHMS)
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_an_algorithm_knows_no_other_one(name):
+    others = [f"packgen.arrange.{other}" for other in ALGORITHMS if other != name]
+    assert breaches(f"arrange/{name}", *others) == []
+
+
+@pytest.mark.parametrize("place", ["space", "neighbors", "projection"])
+def test_what_algorithms_share_knows_none_of_them(place):
+    assert breaches(f"arrange/{place}", *(f"packgen.arrange.{name}" for name in ALGORITHMS)) == []
+
+
+@pytest.mark.parametrize(
+    ("place", "above"),
+    [
+        (
+            "geometry",
+            ("packgen.bed", "packgen.container", "packgen.supply", "packgen.scene", "packgen.arrange"),
+        ),
+        ("distributions", ("packgen.bed", "packgen.supply", *CORE)),
+        ("container", ("packgen.arrange", "packgen.supply", *UPPER)),
+        ("supply", ("packgen.container", "packgen.arrange", *UPPER)),
+        ("arrange", ("packgen.container", "packgen.scene", "packgen.check", "packgen.measure", *UPPER)),
+        ("measure", ("packgen.arrange", "packgen.container", "packgen.scene", *UPPER)),
+        ("check", ("packgen.measure", "packgen.scene", *UPPER)),
+        ("filling", ("packgen.report", "packgen.validation", "packgen.page", "packgen.cli")),
+    ],
+)
+def test_no_floor_knows_one_above_it(place, above):
+    assert breaches(place, *above) == []
+
+
+def test_a_scene_knows_of_the_arrangement_only_what_settings_algorithms_have():
+    known = {name for path in ROOT.glob("packgen/scene/*.py") for name in known_to(path)}
+    assert {".".join(name.split(".")[:3]) for name in known if in_package(name, "packgen.arrange")} == {
+        "packgen.arrange.registry"
+    }
+
+
+def test_no_module_imports_itself_by_others_when_it_is_loaded():
+    names = {
+        ".".join(path.with_suffix("").relative_to(ROOT).parts).removesuffix(".__init__"): path
+        for path in MODULES
+    }
+    needs = {
+        name: {
+            next((full for full in (each, each.rpartition(".")[0]) if full in names), name)
+            for each in imports(path, top_only=True)
+            if each.split(".")[0] in ("packgen", "exporters")
+        }
+        - {name}
+        for name, path in names.items()
+    }
+    left = dict(needs)
+    while ready := [name for name, each in left.items() if not each & left.keys()]:
+        for name in ready:
+            del left[name]
+    assert left == {}
 
 
 LIGHT = [

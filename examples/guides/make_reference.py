@@ -21,6 +21,7 @@ from pydantic import BaseModel
 
 import exporters
 from packgen import bedfile, report
+from packgen.arrange import registry
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
 from packgen.scene import document, models, sets
@@ -31,6 +32,7 @@ PAGE = Path(__file__).resolve().parent / "reference.md"
 
 # The kinds of values in packgen.values, by name; one that is missing here stops the script.
 KINDS = {
+    "Any": "mapping, see `params`",
     "Acceleration": "acceleration > 0 [m/s2]",
     "AxisIndex": "0, 1, 2 or x, y, z",
     "Count": "whole number > 0",
@@ -69,7 +71,6 @@ SECTIONS = {
     "ContainerSpec": "container",
     "LocationSpec": "location",
     "ZoneSpec": "zones[]",
-    "Params": "params",
     "MaterialSpec": "materials.NAME",
     "ValidationSpec": "validation",
     "ParticleSetSpec": "particle_sets[]",
@@ -186,6 +187,10 @@ def scene_part() -> Iterator[str]:
             continue
         model = getattr(models, name)
         yield f"### `{path}`\n\n{summary(model)}\n"
+        yield keys_of(model)
+    for name in registry.BUILTIN:
+        model = registry.find(name).params
+        yield f"### `params` of {name}\n\n{summary(model)}\n"
         yield keys_of(model)
     yield f"### `particle_sets[]`\n\n{summary(sets.SetKeys)}\n"
     yield keys_of(sets.SetKeys)

@@ -22,6 +22,7 @@ import columns
 import machine
 import output
 
+from packgen.arrange.collective.params import Params
 from packgen.bed import Bed
 from packgen.bedfile import save_bed
 from packgen.check import check_bed
@@ -30,7 +31,7 @@ from packgen.errors import PackgenError
 from packgen.filling.pack import pack
 from packgen.measure import solid_fraction
 from packgen.page import write_pictures
-from packgen.scene import Params, Scene
+from packgen.scene import Scene
 
 RESULTS = Path(__file__).resolve().parent / "results"
 EXAMPLES = Path(__file__).resolve().parent.parent

@@ -37,7 +37,7 @@ class DeckOptions(BaseModel):
 def template_root() -> Path:
     """Return the folder of the templates: inside the installed package, else that of the checkout."""
     installed = Path(str(files("exporters") / "templates"))
-    return installed if installed.is_dir() else Path(__file__).resolve().parent.parent / "templates"
+    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "templates"
 
 
 def render(template: str, values: dict[str, Any], user_folder: Path | None = None) -> str:

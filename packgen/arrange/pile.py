@@ -11,12 +11,15 @@ from packgen.arrange.spheres import Spheres, joined, no_spheres
 class Pile:
     """All spheres placed so far.
 
+    Args:
+        earlier: Spheres that are there before; a zone may lie anywhere among them, all are at hand.
+
     Attributes:
         front: The ones that a new layer can touch.
     """
 
-    def __init__(self) -> None:
-        self.front = no_spheres()
+    def __init__(self, earlier: Spheres | None = None) -> None:
+        self.front = no_spheres() if earlier is None else earlier
         self._buried: list[Spheres] = []
         self._buried_count = 0
 
@@ -30,11 +33,6 @@ class Pile:
             self._buried.append(buried)
             self._buried_count += len(buried)
             self.front = self.front[~deep]
-
-    def unearth(self) -> None:
-        """Make every sphere part of the front again: the next zone may lie anywhere."""
-        self.front = self.all()
-        self._buried, self._buried_count = [], 0
 
     def all(self) -> Spheres:
         """Return all spheres, in the order in which they came to rest."""

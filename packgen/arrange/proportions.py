@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrange.pile import Pile
+from packgen.arrange.spheres import Spheres
 from packgen.arrays import Float64Array, Int64Array
 from packgen.portable import components, cube
 from packgen.supply.shares import largest_remainder
@@ -14,28 +14,23 @@ TRIM_SHARE = 0.05
 sizes found no room, and to keep only what matches them would empty the zone."""
 
 
-def trim_to_shares(pile: Pile, zone_index: int, shares: Float64Array, up: Float64Array) -> None:
-    """Take the highest spheres of sets that have too many out of a zone, until the others match them.
+def trimmed_to_shares(spheres: Spheres, shares: Float64Array, up: Float64Array) -> Spheres:
+    """Return a zone without the highest spheres of sets that have too many, so that the others match them.
 
     Args:
-        pile: All spheres; all of them become part of its front.
-        zone_index: Number of the zone.
+        spheres: The spheres of the zone.
         shares: Share of each set by number, shape (sets,), sum 1.
         up: Unit vector against gravity, shape (3,).
     """
-    pile.unearth()
-    front = pile.front
-    own = np.flatnonzero(front.zone_index == zone_index)
-    sets = front.set_index[own]
-    surplus = surplus_of(np.bincount(sets, minlength=len(shares)), shares)
-    kept = np.ones(len(front), bool)
-    altitude = components(front.position[own], up)
+    surplus = surplus_of(np.bincount(spheres.set_index, minlength=len(shares)), shares)
+    kept = np.ones(len(spheres), bool)
+    altitude = components(spheres.position, up)
     for number in np.flatnonzero(surplus):
-        members = np.flatnonzero(sets == number)
+        members = np.flatnonzero(spheres.set_index == number)
         highest = np.argsort(-altitude[members], kind="stable")[: surplus[number]]
-        kept[own[members[highest]]] = False
-    if cube(front.radius[~kept]).sum() <= TRIM_SHARE * cube(front.radius[own]).sum():
-        pile.front = front[kept]
+        kept[members[highest]] = False
+    small = cube(spheres.radius[~kept]).sum() <= TRIM_SHARE * cube(spheres.radius).sum()
+    return spheres[kept] if small else spheres
 
 
 def surplus_of(count: Int64Array, shares: Float64Array) -> Int64Array:

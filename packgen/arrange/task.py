@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,9 +37,36 @@ class Progress:
     thrown_back: int
 
 
+Listener = Callable[[Progress], None]
+"""Called with the progress of a run after each batch."""
+
+
+def no_listener(_progress: Progress) -> None:
+    """Listen to nothing."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Setting:
+    """What all zones of a task share; plain data that can be sent to another process.
+
+    Attributes:
+        container: The vessel.
+        down: Unit vector along which things fall, shape (3,), float64.
+        settings: The scene's ``params`` as the algorithm's own ``Params``; a mapping where it has none.
+        threads: Threads that torch may use; None: the algorithm's choice.
+        device: ``cpu`` or ``cuda``.
+    """
+
+    container: Container
+    down: Float64Array
+    settings: Any
+    threads: int | None = None
+    device: str = "cpu"
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class ZoneTask:
-    """A zone to fill.
+    """A zone to fill; plain data that can be sent to another process.
 
     Attributes:
         index: Number of the zone.
@@ -47,6 +74,8 @@ class ZoneTask:
         locations: What bounds it beside the container.
         supply: Its spheres.
         friction: Coefficient of sliding friction of its smoothest spheres.
+        seed: What the zone's own randomness begins with.
+        setting: What it shares with the other zones.
     """
 
     index: int
@@ -54,6 +83,12 @@ class ZoneTask:
     locations: tuple[Shape | Slice, ...]
     supply: Supply
     friction: float
+    seed: np.random.SeedSequence
+    setting: Setting
+
+    def generator(self) -> np.random.Generator:
+        """Return a new source of randomness, the same one each time."""
+        return np.random.default_rng(self.seed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,25 +96,88 @@ class Task:
     """All that an algorithm needs to know.
 
     Attributes:
-        container: The vessel.
+        setting: Container, direction down, settings, threads, device.
         zones: What to fill, in this order.
-        down: Unit vector along which things fall, shape (3,), float64.
-        settings: The scene's ``params``.
-        rng: Source of all randomness.
-        threads: Threads to use; None: the algorithm's choice.
-        device: ``cpu`` or ``cuda``.
+        rng: Source of randomness for an algorithm that fills all zones together; see ``ZoneTask.generator``.
         on_progress: Called after each batch.
     """
 
-    container: Container
+    setting: Setting
     zones: tuple[ZoneTask, ...]
-    down: Float64Array
-    settings: Any
     rng: np.random.Generator
-    threads: int | None
-    device: str
-    on_progress: Callable[[Progress], None]
+    on_progress: Listener = no_listener
+
+    @property
+    def container(self) -> Container:
+        """The vessel."""
+        return self.setting.container
+
+    @property
+    def down(self) -> Float64Array:
+        """Unit vector along which things fall, shape (3,), float64."""
+        return self.setting.down
+
+    @property
+    def settings(self) -> Any:
+        """The scene's ``params``."""
+        return self.setting.settings
+
+    @property
+    def threads(self) -> int | None:
+        """Threads that torch may use; None: the algorithm's choice."""
+        return self.setting.threads
+
+    @property
+    def device(self) -> str:
+        """``cpu`` or ``cuda``."""
+        return self.setting.device
+
+    @property
+    def sphere_count(self) -> int | None:
+        """Number of spheres that all zones ask for; None: some zone is to be filled."""
+        asked = [zone.supply.asked for zone in self.zones]
+        return None if None in asked else sum(each or 0 for each in asked)
 
 
 Algorithm = Callable[[Task], Spheres]
 """Fills the zones of a task; what found no place stays in the zones' supplies."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Filled:
+    """What became of a zone.
+
+    Attributes:
+        spheres: Those placed in it, batches counted from 0.
+        supply: Those that found no place, and where the supply goes on.
+        batch_count: Batches that were tried.
+    """
+
+    spheres: Spheres
+    supply: Supply
+    batch_count: int
+
+
+FillZone = Callable[[ZoneTask, Spheres, np.random.Generator, Listener], Filled]
+"""Fills a zone (its task, the spheres at rest, its randomness, a listener that hears of this zone alone).
+
+The same arguments give the same spheres, in any process, and none of them changes but the generator.
+"""
+
+
+def of_whole_run(listener: Listener, placed: int, total: int | None, batch: int) -> Listener:
+    """Return a listener to one zone that tells another one of the whole run.
+
+    Args:
+        listener: The listener to the run.
+        placed: Spheres of earlier zones.
+        total: Spheres to place in all zones; None: until full.
+        batch: Batches of earlier zones.
+    """
+
+    def tell(progress: Progress) -> None:
+        listener(
+            replace(progress, placed=placed + progress.placed, total=total, batch=batch + progress.batch)
+        )
+
+    return tell

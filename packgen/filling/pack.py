@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
-from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import packgen
+from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
-from packgen.arrange.task import Algorithm, Progress, Task, ZoneTask
+from packgen.arrange.task import Listener, Setting, Task, ZoneTask, no_listener
 from packgen.bed import Bed, ParticleSet
 from packgen.errors import PackingError
 from packgen.filling.fit import checked_locations
 from packgen.filling.remarks import remarks
+from packgen.filling.room import Locations
 from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.portable import length
 from packgen.supply.fitting import SumFit
@@ -24,9 +24,6 @@ from packgen.supply.supply import Supply
 
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
-
-ALGORITHMS = {"COLLECTIVE_ARRANGEMENT": "packgen.arrange.collective.arrange:arrange"}
-"""Built-in algorithms; third parties add theirs by the entry-point group ``packgen.algorithms``."""
 
 PERIOD_MIN = 4.0
 """Least length of a periodic box, in largest radii."""
@@ -62,31 +59,11 @@ class PackResult:
     warnings: tuple[str, ...] = ()
 
 
-def find_algorithm(name: str, place: str) -> Algorithm:
-    """Return an algorithm by name.
-
-    Args:
-        name: As in the scene.
-        place: Where the scene names it.
-
-    Raises:
-        PackingError: No such algorithm; the message lists the ones there are.
-    """
-    if name in ALGORITHMS:
-        module, function = ALGORITHMS[name].split(":")
-        return cast("Algorithm", getattr(import_module(module), function))
-    others = {entry.name: entry for entry in entry_points(group="packgen.algorithms")}
-    if name in others:
-        return cast("Algorithm", others[name].load())
-    known = ", ".join(sorted([*ALGORITHMS, *others]))
-    raise PackingError(f"{place}: algorithm: found {name}, expected one of {known}")
-
-
 def pack(
     scene: Scene,
     container: Container,
     *,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Listener | None = None,
     threads: int | None = None,
     device: str = "cpu",
     warn: Callable[[str], None] = lambda _: None,
@@ -109,7 +86,7 @@ def pack(
         PackingError: Nothing can be placed, or a location or an amount makes no sense.
     """
     _check_device(device)
-    algorithm = find_algorithm(scene.algorithm, scene.mark("algorithm"))
+    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     warnings: list[str] = []
 
     def tell(line: str) -> None:
@@ -117,28 +94,29 @@ def pack(
         warn(line)
 
     locations = checked_locations(scene, container, tell)
-    seeds = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
-    zones = []
-    for index, zone in enumerate(scene.zones):
-        supply = Supply(zone, scene.particle_sets, np.random.default_rng(seeds[index + 1]))
-        mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
-        zones.append(ZoneTask(index, mark, locations[index], supply, friction))
-    _check_periods(scene, container, zones)
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
-    task = Task(
-        container,
-        tuple(zones),
-        gravity / length(gravity) if down is None else down,
-        scene.params,
-        np.random.default_rng(seeds[0]),
-        threads,
-        device,
-        on_progress or (lambda _: None),
-    )
+    down = gravity / length(gravity) if down is None else down
+    setting = Setting(container, down, scene.params, threads, device)
+    task = _task(scene, setting, locations, on_progress or no_listener)
+    zones = task.zones
+    _check_periods(scene, container, zones)
     spheres = algorithm(task)
     bed, results = _bed(scene, container, spheres), _results(spheres, zones)
     return PackResult(bed, results, (*warnings, *remarks(scene, bed, results)))
+
+
+def _task(scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener) -> Task:
+    """Draw the spheres of all zones; each zone has randomness of its own."""
+    first, *of_supplies = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
+    # The first zone goes on with the seed of the whole, so that a scene of one zone has one source.
+    seeds = [first, *first.spawn(len(scene.zones) - 1)]
+    zones = []
+    for index, zone in enumerate(scene.zones):
+        supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
+        mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
+        zones.append(ZoneTask(index, mark, locations[index], supply, friction, seeds[index], setting))
+    return Task(setting, tuple(zones), np.random.default_rng(first), on_progress)
 
 
 def _results(spheres: Spheres, zones: Sequence[ZoneTask]) -> tuple[ZoneResult, ...]:
@@ -177,11 +155,11 @@ def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]
         for axis in np.flatnonzero(container.periodic)
         if lengths[axis] < least
     ]
-    if getattr(scene.params, "optimizer", None) == "adam":
-        faults.append(
-            f"{scene.mark('params.optimizer')}: params.optimizer: found adam, expected projection in a "
-            "periodic box; adam knows walls only"
-        )
+    unsupported = getattr(scene.params, "unsupported", None)
+    faults += [
+        f"{scene.mark(path)}: {path}: {text}"
+        for path, text in ([] if unsupported is None else unsupported(container))
+    ]
     if faults:
         raise PackingError("\n".join(faults))
 
@@ -210,6 +188,6 @@ def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
         spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
         sets, scene.materials, scene.wall_material, container,
         np.asarray(scene.gravity_direction, float) * scene.gravity,
-        scene.params.tolerance if hasattr(scene.params, "tolerance") else 1.0e-6,
+        scene.tolerance,
         provenance,
     )  # fmt: skip

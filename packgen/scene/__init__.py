@@ -1,6 +1,5 @@
 """The scene file: reading it, checking it, and what it says in SI units."""
 
-from packgen.scene.document import COLLECTIVE_ARRANGEMENT
 from packgen.scene.load import DEFAULT_MATERIAL, Scene, load_scene
 from packgen.scene.models import (
     BoxSpec,
@@ -9,7 +8,6 @@ from packgen.scene.models import (
     CylinderSpec,
     LocationSpec,
     MaterialSpec,
-    Params,
     SliceSpec,
     SphereSpec,
     ValidationSpec,
@@ -18,7 +16,7 @@ from packgen.scene.models import (
 from packgen.scene.sets import ParticleSetSpec, SetKeys
 
 __all__ = [
-    "COLLECTIVE_ARRANGEMENT", "DEFAULT_MATERIAL", "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec",
-    "LocationSpec", "MaterialSpec", "Params", "ParticleSetSpec", "Scene", "SetKeys", "SliceSpec",
+    "DEFAULT_MATERIAL", "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec",
+    "LocationSpec", "MaterialSpec", "ParticleSetSpec", "Scene", "SetKeys", "SliceSpec",
     "SphereSpec", "ValidationSpec", "ZoneSpec", "load_scene",
 ]  # fmt: skip

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model, model_validator
 
-from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
+from packgen.arrange.registry import DEFAULT
+from packgen.scene.models import ContainerSpec, MaterialSpec, ValidationSpec, ZoneSpec
 from packgen.scene.sets import ParticleSetSpec
-from packgen.values import Acceleration, Direction, Flag, Keys, Name, Seed, Unit3
+from packgen.values import Acceleration, Direction, Flag, Keys, Name, Seed, Tolerance, Unit3
 
-__all__ = ["COLLECTIVE_ARRANGEMENT", "ForeignSceneFile", "SceneFile"]
+__all__ = ["FreeParams", "SceneFile", "scene_file"]
 
-COLLECTIVE_ARRANGEMENT = "COLLECTIVE_ARRANGEMENT"
 _DOWN: Unit3 = (0.0, 0.0, -1.0)
 
 
@@ -32,7 +33,7 @@ class SceneFile(Keys):
         gravity: Acceleration of gravity.
         seed: Seed of everything random.
         algorithm: Name of the algorithm, packgen's own or a plug-in's.
-        params: Settings of the algorithm; a plug-in's are its own.
+        params: Settings of the algorithm; each has its own.
         particle_sets: The kinds of spheres.
         materials: Materials for the solver decks, by name.
         allow_soft: ``allow_soft`` of every material.
@@ -45,8 +46,8 @@ class SceneFile(Keys):
     gravity_axis: Direction = _DOWN
     gravity: Acceleration = 9.81
     seed: Seed = 0
-    algorithm: Name = COLLECTIVE_ARRANGEMENT
-    params: Params = Params()
+    algorithm: Name = DEFAULT
+    params: Any = None
     particle_sets: Annotated[tuple[ParticleSetSpec, ...], AfterValidator(_not_empty)]
     materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
     allow_soft: Flag = False
@@ -64,7 +65,21 @@ class SceneFile(Keys):
         return {key: value for key, value in data.items() if value is not None or key not in optional}
 
 
-class ForeignSceneFile(SceneFile):
-    """A scene for an algorithm that is not packgen's own: its settings are passed on as they are."""
+class FreeParams(Keys):
+    """Settings of an algorithm that has no model of them: any keys.
 
-    params: dict[str, Any] = Field(default_factory=dict)  # type: ignore[assignment]
+    Attributes:
+        tolerance: Largest overlap, as a fraction of the smaller radius; None: as the algorithm left it.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
+    tolerance: Tolerance | None = 1.0e-6
+
+
+@cache
+def scene_file(params: type[BaseModel]) -> type[SceneFile]:
+    """Return the model of scene files whose algorithm has these settings; it refuses unknown ones."""
+    if params.model_config.get("extra") is None:
+        params = type(params.__name__, (params,), {"model_config": ConfigDict(extra="forbid")})
+    return create_model("SceneFile", __base__=SceneFile, __doc__=SceneFile.__doc__, params=(params, ...))

@@ -91,7 +91,7 @@ def _faults(detail: ErrorDetails, location: Location, model: type[BaseModel]) ->
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return [_tag_fault(location, value, context, _tags_at(detail["loc"], model))]
     at_key = bool(detail["loc"]) and detail["loc"][-1] == "[key]"
-    return [Fault(location, value, _expectation(kind, context, value), at_key)]
+    return [Fault(location, value, _expectation(detail, context, value), at_key)]
 
 
 def _inner(location: Location, where: Where, found: Any, expected: str) -> Fault:
@@ -126,8 +126,9 @@ def known_keys(model: type[BaseModel]) -> frozenset[str]:
     return frozenset(names)
 
 
-def _expectation(kind: str, context: Mapping[str, Any], value: Any) -> str:
+def _expectation(detail: ErrorDetails, context: Mapping[str, Any], value: Any) -> str:
     """Return what one of pydantic's own checks expected."""
+    kind = detail["type"]
     if kind == "value_error":
         return str(context["error"])
     if kind == "literal_error":
@@ -137,7 +138,7 @@ def _expectation(kind: str, context: Mapping[str, Any], value: Any) -> str:
         return "a mapping of keys"
     if kind in ("tuple_type", "list_type"):
         return "a list"
-    return kind.replace("_", " ")
+    return detail["msg"].removeprefix("Input should be ")
 
 
 def _choice(found: str, options: Iterable[str]) -> str:

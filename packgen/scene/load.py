@@ -14,12 +14,13 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from packgen.arrange.registry import DEFAULT, find
 from packgen.bed import Material
-from packgen.errors import SceneError
+from packgen.errors import PackingError, SceneError
 from packgen.scene.checks import across, fill_proportions, of_amounts
-from packgen.scene.document import COLLECTIVE_ARRANGEMENT, ForeignSceneFile, SceneFile
+from packgen.scene.document import FreeParams, SceneFile, scene_file
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
-from packgen.scene.models import ContainerSpec, MaterialSpec, Params, ValidationSpec, ZoneSpec
+from packgen.scene.models import ContainerSpec, MaterialSpec, ValidationSpec, ZoneSpec
 from packgen.scene.sets import SetKeys
 from packgen.scene.yamlmarks import MarkedData, path_location, read_yaml
 from packgen.values import Unit3
@@ -27,6 +28,9 @@ from packgen.values import Unit3
 __all__ = ["DEFAULT_MATERIAL", "Scene", "load_scene"]
 
 DEFAULT_MATERIAL = "default"
+
+TOLERANCE = 1.0e-6
+"""Largest overlap of a bed whose algorithm has no tolerance, as a fraction of the smaller radius."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +44,8 @@ class Scene:
         gravity: Acceleration of gravity [m/s2].
         seed: Seed of everything random.
         algorithm: Name of the algorithm.
-        params: Settings of COLLECTIVE_ARRANGEMENT; its defaults for any other algorithm.
-        raw_params: What the file says under ``params``, for algorithms that come from elsewhere.
+        params: Settings of the algorithm, an instance of its own ``Params``; a mapping where it has none.
+        tolerance: Largest overlap that its settings allow, as a fraction of the smaller radius; None: any.
         particle_sets: The sets, names and materials filled in; each with its ``distribution``.
         materials: Declared and used materials, defaults filled in.
         soft_materials: Names of the materials whose spheres may be squeezed out of shape.
@@ -56,8 +60,8 @@ class Scene:
     gravity: float
     seed: int
     algorithm: str
-    params: Params
-    raw_params: Mapping[str, Any]
+    params: Any
+    tolerance: float | None
     particle_sets: tuple[SetKeys, ...]
     materials: tuple[Material, ...]
     soft_materials: frozenset[str]
@@ -72,14 +76,14 @@ class Scene:
 
     def model_dump(self, *, mode: str = "json") -> dict[str, Any]:
         """Return everything that shaped the bed, defaults filled in, as plain data; mode as in pydantic."""
-        own = self.algorithm == COLLECTIVE_ARRANGEMENT
+        own = isinstance(self.params, BaseModel)
         return {
             "container": self.container.model_dump(mode=mode, exclude_none=True),
             "gravity_direction": list(self.gravity_direction),
             "gravity": self.gravity,
             "seed": self.seed,
             "algorithm": self.algorithm,
-            "params": self.params.model_dump(mode=mode) if own else dict(self.raw_params),
+            "params": self.params.model_dump(mode=mode) if own else dict(self.params),
             "particle_sets": [each.model_dump(mode=mode, exclude_none=True) for each in self.particle_sets],
             "materials": [asdict(each) for each in self.materials],
             "wall_material": self.wall_material,
@@ -107,21 +111,38 @@ def load_scene(path: Path) -> Scene:
         raise SceneError(
             lines_of([Fault((), data, "a mapping with the keys container and particle_sets")], marked)
         )
-    foreign = isinstance(data.get("algorithm"), str) and data["algorithm"] != COLLECTIVE_ARRANGEMENT
-    model = ForeignSceneFile if foreign else SceneFile
+    model, unknown = _model(data)
     faults = across(data)
+    data = data | {"params": {} if data.get("params") is None else data["params"]}
     try:
         document = model.model_validate(data, context={"folder": Path(path).parent})
     except ValidationError as error:
         faults += faults_of(error, model, data)
         faults += _hidden_faults(data, faults, model, Path(path).parent)
-        raise SceneError(lines_of(_without_echoes(faults), marked)) from error
+        raise SceneError(lines_of(_without_echoes(faults + unknown), marked)) from error
+    faults += unknown
     if not faults:
         zones = fill_proportions(document)
         faults = of_amounts(document, zones)
     if faults:
         raise SceneError(lines_of(faults, marked))
     return _scene(Path(path), document, zones, marked)
+
+
+def _model(data: dict[str, Any]) -> tuple[type[SceneFile], list[Fault]]:
+    """Return the model of a document, with its algorithm's settings, and the fault of a name unknown."""
+    name = data.get("algorithm") or DEFAULT
+    try:
+        params = find(name).params if isinstance(name, str) else None
+    except PackingError as error:
+        return scene_file(FreeParams), [Fault(("algorithm",), name, str(error))]
+    return scene_file(params or FreeParams), []
+
+
+def free_params(params: FreeParams) -> Mapping[str, Any]:
+    """Return settings without a model as the file has them."""
+    given = params.model_dump()
+    return MappingProxyType({name: given[name] for name in given if name in params.model_fields_set})
 
 
 def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked: MarkedData) -> Scene:
@@ -142,8 +163,8 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         gravity=document.gravity,
         seed=document.seed,
         algorithm=document.algorithm,
-        params=document.params if isinstance(document.params, Params) else Params(),
-        raw_params=MappingProxyType(dict(marked.data.get("params") or {})),
+        params=free_params(document.params) if isinstance(document.params, FreeParams) else document.params,
+        tolerance=getattr(document.params, "tolerance", TOLERANCE),
         particle_sets=sets,
         materials=tuple(_material(name, declared.get(name)) for name in names),
         soft_materials=frozenset(
@@ -215,7 +236,7 @@ def _without_echoes(faults: list[Fault]) -> list[Fault]:
 
 @cache
 def _keys() -> frozenset[str]:
-    return known_keys(SceneFile)
+    return known_keys(scene_file(find(DEFAULT).params or FreeParams))
 
 
 def _spell(key: str) -> str:

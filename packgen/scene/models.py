@@ -33,14 +33,13 @@ from packgen.values import (
     Pressure,
     PrimitiveAxis,
     SolidVolume,
-    Tolerance,
     Unit3,
     WholeNumber,
     fault,
 )
 
 __all__ = [
-    "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "LocationSpec", "MaterialSpec", "Params",
+    "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "LocationSpec", "MaterialSpec",
     "PrimitiveSpec", "SliceSpec", "SphereSpec", "ValidationSpec", "ZoneSpec",
 ]  # fmt: skip
 
@@ -217,35 +216,6 @@ class ZoneSpec(Keys):
             expected = f"numbers that add up to 1, not to {total:g}"
             raise fault(("set_proportions", list(self.set_proportions), expected))
         return self
-
-
-class Params(Keys):
-    """Settings of COLLECTIVE_ARRANGEMENT; the paper's names keep the paper's meaning.
-
-    Attributes:
-        optimizer: ``projection`` (fast), or ``adam`` (the paper's Algorithm 1).
-        batch_size: Spheres in one batch; None: the optimiser's own choice. Layers of projection are at least
-            half a sphere thick.
-        lr: Learning rate of adam for spheres as large as the paper's, 0.1 m; it goes with their radius.
-        n_epoch: Most steps for one batch (the paper's max_steps).
-        patience: Steps without progress after which adam gives a batch up.
-        alpha: Weight of the overlaps (paper, eq. 5).
-        beta: Weight of the height.
-        gamma: Weight of the distance outside the container.
-        tolerance: Largest overlap, as a fraction of the smaller radius; None: as the optimiser left it.
-        verbosity: Steps between two reports of progress.
-    """
-
-    optimizer: Literal["projection", "adam"] = "projection"
-    batch_size: Count | None = None
-    lr: Positive = 0.01
-    n_epoch: Count = 2000
-    patience: Count = 50
-    alpha: NonNegative = 100.0
-    beta: NonNegative = 10.0
-    gamma: NonNegative = 100.0
-    tolerance: Tolerance | None = 1.0e-6
-    verbosity: WholeNumber = 10
 
 
 class MaterialSpec(Keys):

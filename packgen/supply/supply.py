@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from copy import copy, deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,6 +113,11 @@ class Supply:
         """Radius of a sphere of mean volume [m]."""
         return cube_root(self.mean_volume / UNIT_VOLUME)
 
+    @property
+    def broad(self) -> bool:
+        """Whether sizes differ by more than a factor of two: large spheres then choose their places first."""
+        return self.radius_max > 2.0 * self.radius_min
+
     def solid_fraction(self, alone: float) -> float:
         """Return the solid fraction of a bed of these spheres where that of equal ones is ``alone``."""
         return mixture_fraction(*self._sizes, alone)
@@ -142,6 +148,39 @@ class Supply:
         """Return spheres that found no place: they come first next time."""
         if len(draw.radius):
             self._queue.appendleft(draw)
+
+    def copy(self) -> Supply:
+        """Return a supply that goes on as this one would, and leaves this one as it is."""
+        other = copy(self)
+        other._rng, other._count_by_set = deepcopy(self._rng), self._count_by_set.copy()
+        other._stock, other._queue = list(self._stock), deque(self._queue)
+        return other
+
+    def go_on_from(self, other: Supply) -> None:
+        """Take the place of a copy of this supply from which spheres were taken."""
+        self.__dict__.update(other.copy().__dict__)
+
+    def split(self, shares: Sequence[float]) -> list[Supply]:
+        """Return supplies that together hold what is left, each with its share and randomness of its own.
+
+        Args:
+            shares: Share of each, adding up to 1. Spheres are divided by largest remainder, in the mixed
+                order; an endless supply has no spheres to divide, its parts draw by the same laws.
+        """
+        generators = deepcopy(self._rng).spawn(len(shares))
+        parts = [self.copy() for _ in shares]
+        for part, generator in zip(parts, generators, strict=True):
+            part._rng = generator
+        if self.asked is None:
+            return parts
+        rest = self.copy().take(self.remaining or 0)
+        ends = np.cumsum(largest_remainder(np.asarray(shares, np.float64), len(rest.radius)))
+        for part, end, start in zip(parts, ends, [0, *ends[:-1]], strict=True):
+            own = Draw(rest.radius[start:end], rest.set_index[start:end])
+            part._queue = deque([own] if len(own.radius) else [])
+            part.asked = part.drawn_count = len(own.radius)
+            part.counts, part.fit = np.bincount(own.set_index, minlength=len(self._sets)), None
+        return parts
 
     def _draw_amount(self, zone: Amount) -> Draw | None:
         """Draw everything that a zone asks for; None: it asks for no amount."""

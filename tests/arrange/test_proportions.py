@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from packgen.arrange.pile import Pile
-from packgen.arrange.proportions import TRIM_SHARE, surplus_of, trim_to_shares
+from packgen.arrange.proportions import TRIM_SHARE, surplus_of, trimmed_to_shares
 from packgen.arrange.spheres import Spheres
 from packgen.supply.shares import largest_remainder
 from tests.scenes import box, constant, run_scene
@@ -29,20 +28,16 @@ def test_what_is_kept_is_the_largest_zone_that_matches_the_shares(count, weight)
     assert np.array_equal(kept, largest_remainder(shares, max(totals)))
 
 
-def pile_of(count):
+def spheres_of(count):
     number = sum(count)
     position = np.random.default_rng(0).random((number, 3))
     sets = np.repeat(np.arange(len(count)), count).astype(np.int32)
-    pile = Pile()
-    pile.front = Spheres(position, np.full(number, 0.01), sets, np.zeros(number, np.int32), sets)
-    return pile
+    return Spheres(position, np.full(number, 0.01), sets, np.zeros(number, np.int32), sets)
 
 
 def test_the_highest_of_the_set_that_has_too_many_go():
-    pile = pile_of([503, 500])
-    before = pile.front
-    trim_to_shares(pile, 0, np.array([0.5, 0.5]), UP)
-    after = pile.all()
+    before = spheres_of([503, 500])
+    after = trimmed_to_shares(before, np.array([0.5, 0.5]), UP)
     assert np.bincount(after.set_index).tolist() == [501, 500]  # as near as an odd number comes
     gone = before.position[(before.set_index == 0) & ~np.isin(before.position[:, 0], after.position[:, 0])]
     assert gone[:, 2].min() > after.position[after.set_index == 0, 2].max()
@@ -50,9 +45,7 @@ def test_the_highest_of_the_set_that_has_too_many_go():
 
 @pytest.mark.parametrize("count", [[600, 400], [3, 1], [40, 0]])
 def test_where_a_set_found_no_room_the_others_stay(count):
-    pile = pile_of(count)
-    trim_to_shares(pile, 0, np.array([0.5, 0.5]), UP)
-    assert len(pile) == sum(count)
+    assert len(trimmed_to_shares(spheres_of(count), np.array([0.5, 0.5]), UP)) == sum(count)
     assert abs(count[0] - count[1]) > TRIM_SHARE * sum(count)
 
 

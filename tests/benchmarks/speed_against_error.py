@@ -38,7 +38,7 @@ from quality import quality
 
 from packgen.arrange.adam.batch import AdamSettings
 from packgen.arrange.adam.objective import PlaneWalls
-from packgen.arrange.adam.zone import ZoneSpace, pack_zone_adam
+from packgen.arrange.adam.zone import Surroundings, ZoneSpace, pack_zone_adam
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.supply.supply import Supply
@@ -109,11 +109,13 @@ def _by_the_paper(spheres: int, width: float, seed: int) -> Outcome:
     start = time.perf_counter()
     packed = pack_zone_adam(
         supply,
-        walls,
-        ZoneSpace(0.0, height, lambda _: width**2, lambda _: 1.0, sample),
-        torch.tensor([0.0, 0.0, -1.0], dtype=torch.float64),
-        none.reshape(0, 3),
-        none,
+        Surroundings(
+            walls,
+            ZoneSpace(0.0, height, lambda _: width**2, lambda _: 1.0, sample),
+            torch.tensor([0.0, 0.0, -1.0], dtype=torch.float64),
+            none.reshape(0, 3),
+            none,
+        ),
         AdamSettings(),
         np.random.default_rng(seed),
         all_pairs=True,

@@ -10,11 +10,12 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from packgen.arrange.pile import Pile
+from packgen.arrange.registry import BUILTIN, find
 from packgen.arrange.space.columns import ColumnMap
 from packgen.arrange.space.region import make_region
 from packgen.arrange.spheres import Spheres
 from packgen.errors import PackingError, SceneError
-from packgen.filling.pack import ALGORITHMS, find_algorithm, pack
+from packgen.filling.pack import pack
 from packgen.geometry import Slice
 from packgen.geometry.bounds import gravity_frame
 from packgen.supply.supply import Supply
@@ -190,23 +191,40 @@ def test_an_unknown_algorithm_lists_those_there_are(tmp_path):
         run_scene(tmp_path, CUBE, constant(0.1), algorithm="TETRIS")
 
 
+SEEN = []
+
+
 def lattice(task):
     """An algorithm of a third party: one sphere in the middle of the container, whatever was asked."""
+    SEEN.append(task)
     draw = task.zones[0].supply.take(1)
     middle, none = task.container.bounds.mean(axis=0)[None], np.zeros(1, np.int32)
     return Spheres(middle, draw.radius, draw.set_index, none, none)
 
 
-def test_an_entry_point_adds_an_algorithm(tmp_path, monkeypatch):
+def test_an_entry_point_adds_an_algorithm_and_gets_its_params_and_tolerance(tmp_path, monkeypatch):
     entry = EntryPoint("LATTICE", f"{__name__}:lattice", "packgen.algorithms")
     monkeypatch.setattr(
-        "packgen.filling.pack.entry_points", lambda group: [entry] if group == entry.group else []
+        "packgen.arrange.registry.entry_points", lambda group: [entry] if group == entry.group else []
     )
-    assert find_algorithm("LATTICE", "here") is lattice
-    result = run_scene(tmp_path, CUBE, constant(0.1), algorithm="LATTICE", zones=[{"n_particles": 3}])
+    assert find("LATTICE").load() is lattice
+    params = {"anything": 7, "tolerance": 0.01}
+    result = run_scene(
+        tmp_path, CUBE, constant(0.1), algorithm="LATTICE", params=params, zones=[{"n_particles": 3}]
+    )
     assert result.bed.count == 1
     assert result.zones[0].left_over == 2
-    assert "LATTICE" not in ALGORITHMS
+    assert SEEN[-1].settings == params
+    assert result.bed.tolerance == 0.01
+    assert result.bed.provenance["settings"]["params"] == params
+    assert "LATTICE" not in BUILTIN
+
+
+def test_a_plug_in_that_does_not_load_is_named(monkeypatch):
+    entry = EntryPoint("LATTICE", "no_such_module:arrange", "packgen.algorithms")
+    monkeypatch.setattr("packgen.arrange.registry.entry_points", lambda group: [entry])
+    with pytest.raises(PackingError, match=r"no_such_module:arrange does not: No module named"):
+        find("LATTICE")
 
 
 def spheres(count, start=0):
@@ -221,8 +239,8 @@ def test_a_pile_keeps_what_it_buries():
     assert len(pile) == 5
     assert pile.front.radius.tolist() == [2.0, 4.0, 5.0]
     assert pile.all().radius.tolist() == [1.0, 3.0, 2.0, 4.0, 5.0]
-    pile.unearth()
-    assert len(pile.front) == len(pile) == 5
+    again = Pile(pile.all())
+    assert len(again.front) == len(again) == 5
 
 
 @pytest.mark.parametrize("down", [[0, 0, -1], [1, 0, 0], [0.3, -0.5, -0.2]])

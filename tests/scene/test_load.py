@@ -6,11 +6,19 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from pydantic import BaseModel
 
+from packgen.arrange.collective.params import Params
+from packgen.arrange.spheres import Spheres
+from packgen.arrange.task import Task
 from packgen.bed import Material
-from packgen.scene import BoxSpec, ConeSpec, CylinderSpec, Params, SphereSpec
+from packgen.errors import SceneError
+from packgen.scene import BoxSpec, ConeSpec, CylinderSpec, SphereSpec
+from packgen.values import Count, Flag, Keys, Tolerance
 from tests.scene.texts import BOX, SETS, load
 from tests.scenes import box, constant, read_scene
 
@@ -155,11 +163,111 @@ def test_materials_are_declared_ones_then_used_ones(tmp_path: Path) -> None:
     assert scene.materials == (Material("steel", youngs_modulus=2e8), Material("ore", friction=0.7))
 
 
-def test_settings_of_another_algorithm_are_passed_on_as_they_are(tmp_path: Path) -> None:
-    scene = load(tmp_path, BOX + SETS + "algorithm: acme.RAIN\nparams: {drops: 3, mode: {fast: true}}\n")
-    assert scene.algorithm == "acme.RAIN"
-    assert scene.raw_params == {"drops": 3, "mode": {"fast": True}}
-    assert scene.model_dump()["params"] == {"drops": 3, "mode": {"fast": True}}
+class Drops(Keys):
+    """Settings of a plug-in."""
+
+    drops: Count
+    fast: Flag = False
+    tolerance: Tolerance | None = 1.0e-3
+
+
+class Plain(BaseModel):
+    """Settings of a plug-in that knows pydantic only."""
+
+    drops: int = 1
+
+
+def rain(task: Task) -> Spheres:
+    raise NotImplementedError(task)
+
+
+@pytest.fixture
+def plugins(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Algorithms of third parties by name; what a test puts in is found."""
+    known: dict[str, Any] = {}
+
+    class Entry:
+        value = "somewhere"
+
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+        def load(self) -> Any:
+            return known[self.name]
+
+    monkeypatch.setattr(
+        "packgen.arrange.registry.entry_points", lambda group: [Entry(name) for name in known]
+    )
+    return known
+
+
+RAIN = BOX + SETS + "algorithm: acme.RAIN\n"
+
+
+def test_an_algorithm_without_a_model_gets_its_params_as_they_are(
+    tmp_path: Path, plugins: dict[str, Any]
+) -> None:
+    plugins["acme.RAIN"] = rain
+    scene = load(tmp_path, RAIN + "params: {drops: 3, mode: {fast: true}, tolerance: 0.01}\n")
+    assert scene.params == {"drops": 3, "mode": {"fast": True}, "tolerance": 0.01}
+    assert scene.tolerance == 0.01
+    assert scene.model_dump()["params"] == scene.params
+    assert (load(tmp_path, RAIN).params, load(tmp_path, RAIN).tolerance) == ({}, 1e-6)
+
+
+def test_an_algorithm_with_a_model_gets_an_instance_of_it(tmp_path: Path, plugins: dict[str, Any]) -> None:
+    plugins["acme.RAIN"] = SimpleNamespace(arrange=rain, Params=Drops)
+    scene = load(tmp_path, RAIN + "params: {drops: 3}\n")
+    assert (scene.params.drops, scene.params.fast, scene.tolerance) == (3, False, 1e-3)
+    assert scene.model_dump()["params"] == {"drops": 3, "fast": False, "tolerance": 1e-3}
+
+
+@pytest.mark.parametrize("model", [Drops, Plain])
+def test_unknown_params_of_a_plug_in_are_refused_with_their_place(
+    tmp_path: Path, plugins: dict[str, Any], model: type[BaseModel]
+) -> None:
+    plugins["acme.RAIN"] = SimpleNamespace(arrange=rain, Params=model)
+    with pytest.raises(SceneError, match=r"scene\.yaml:\d:10: params\.dropz: found an unknown key, .*drops"):
+        load(tmp_path, RAIN.replace("algorithm", "params: {dropz: 3, drops: 3}\nalgorithm"))
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ("params: {drops: none}", r":5:17: params\.drops: found 'none', expected a whole number"),
+        ("", r": params\.drops: found nothing, expected this key and a value"),
+        ("params: {drops: 1, tolerance: -1}", r":5:31: params\.tolerance: found -1"),
+    ],
+)
+def test_params_of_a_plug_in_are_held_against_its_model(
+    tmp_path: Path, plugins: dict[str, Any], given: str, found: str
+) -> None:
+    plugins["acme.RAIN"] = SimpleNamespace(arrange=rain, Params=Drops)
+    with pytest.raises(SceneError, match=found):
+        load(tmp_path, RAIN + given)
+
+
+def test_a_tolerance_is_held_against_its_bounds_even_without_a_model(
+    tmp_path: Path, plugins: dict[str, Any]
+) -> None:
+    plugins["acme.RAIN"] = rain
+    with pytest.raises(SceneError, match=r":5:21: params\.tolerance: found 'tight'"):
+        load(tmp_path, RAIN + "params: {tolerance: tight}")
+
+
+def test_an_unknown_algorithm_is_one_fault_among_the_others(tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        load(tmp_path, RAIN + "gravity: heavy\nparams: {anything: 1}\n")
+    first, second = caught.value.problems
+    assert "algorithm: found 'acme.RAIN', expected one of COLLECTIVE_ARRANGEMENT, ADAM" in first
+    assert "gravity: found 'heavy'" in second
+
+
+def test_the_settings_of_the_paper_are_those_of_the_algorithm_adam_too(tmp_path: Path) -> None:
+    paper = "params: {batch_size: 100, lr: 0.02, alpha: 50, verbosity: 5"
+    own = load(tmp_path, BOX + SETS + f"{paper}, optimizer: adam}}\n").params
+    alone = load(tmp_path, BOX + SETS + f"algorithm: ADAM\n{paper}}}\n").params
+    assert own.model_dump(exclude={"optimizer"}) == alone.model_dump()
 
 
 def test_files_without_proportions_use_each_of_their_spheres(tmp_path: Path) -> None:

@@ -309,3 +309,36 @@ def test_the_same_seed_gives_the_same_spheres() -> None:
 def test_more_spheres_than_can_be_counted_are_refused_before_any_is_drawn() -> None:
     with pytest.raises(PackingError, match="check the unit"):
         supply(zone(volume=1e9), {"radius_distribution": "constant", "radius": 1e-5})
+
+
+@pytest.mark.parametrize("amount", [{"n_particles": 1001}, {}])
+def test_a_copy_goes_on_as_the_supply_would_and_leaves_it_as_it_is(amount: dict[str, Any]) -> None:
+    source = Supply(zone(set_proportions=[1.0], **amount), sets(UNIFORM), np.random.default_rng(3))
+    other = source.copy()
+    first = other.take(300)
+    other.put_back(Draw(first.radius[:10], first.set_index[:10]))
+    assert np.array_equal(source.copy().take(300).radius, first.radius)
+    source.go_on_from(other)
+    assert np.array_equal(source.take(10).radius, first.radius[:10])
+    assert source.drawn_count == (1001 if amount else 300)
+
+
+@pytest.mark.parametrize("shares", [[1.0], [0.5, 0.5], [0.2, 0.5, 0.3]])
+def test_the_parts_of_a_supply_hold_together_what_it_held_each_with_its_share(shares: list[float]) -> None:
+    spec = zone(set_proportions=[0.4, 0.6], n_particles=503)
+    source = Supply(spec, sets(UNIFORM, SMALL), np.random.default_rng(3))
+    source.take(3)
+    parts = source.split(shares)
+    assert [part.remaining for part in parts] == largest_remainder(np.array(shares), 500).tolist()
+    drawn = [part.take(10**6) for part in parts]
+    assert np.array_equal(np.concatenate([each.radius for each in drawn]), source.copy().take(500).radius)
+    assert all(part.finished for part in parts)
+    for draw in drawn:  # the sizes are mixed in each part
+        assert abs((draw.set_index == 0).sum() - 0.4 * len(draw.radius)) < 2.0
+
+
+def test_the_parts_of_an_endless_supply_draw_by_its_laws_and_apart() -> None:
+    source = Supply(zone(set_proportions=[1.0]), sets(UNIFORM), np.random.default_rng(3))
+    first, second = (part.take(2000).radius for part in source.split([0.5, 0.5]))
+    assert not np.array_equal(first, second)
+    assert np.mean(first) == pytest.approx(np.mean(second), rel=2e-3)

@@ -16,7 +16,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, Protocol
+from functools import partial
 
 import numpy as np
 import torch
@@ -24,44 +24,14 @@ from torch import Tensor
 
 from packgen.arrange.adam.batch import AdamSettings, BatchResult, arrange_batch, batch_accepted
 from packgen.arrange.adam.objective import Walls
-from packgen.arrays import Float64Array, Int32Array
+from packgen.arrays import BoolArray, Float64Array, Int32Array
+from packgen.supply.supply import Draw, Supply
 
 FREE_MIN = 0.1  # of a zone's cross-section, clear of earlier spheres, for a batch to start there
 SLAB_STEPS = 16  # about so many steps add up the room of a slab
 
 SampleAbove = Callable[[np.random.Generator, int, float, float], Float64Array]
 Finish = Callable[[Tensor, Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
-
-
-class Draw(Protocol):
-    """Spheres taken from a supply (a frozen dataclass): radii [m] (k,) and indices of their sets (k,)."""
-
-    @property
-    def radius(self) -> Float64Array:
-        """Radii [m], shape (k,), float64."""
-        ...
-
-    @property
-    def set_index(self) -> Int32Array:
-        """Index of each sphere's particle set, shape (k,), int32."""
-        ...
-
-
-class SphereSupply(Protocol):
-    """The spheres still to be placed in a zone; `packgen.supply.supply.Supply` is one."""
-
-    @property
-    def finished(self) -> bool:
-        """Whether nothing is left to place."""
-        ...
-
-    def take(self, count: int) -> Any:
-        """Return the next spheres as a `Draw`, at most ``count``."""
-        ...
-
-    def put_back(self, draw: Any) -> None:
-        """Return spheres that did not fit: they come first next time."""
-        ...
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -82,6 +52,25 @@ class ZoneSpace:
     area: Callable[[float], float]
     free: Callable[[float], float]
     sample_above: SampleAbove
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Surroundings:
+    """What a zone's spheres meet.
+
+    Attributes:
+        walls: What bounds them.
+        space: Where they may start.
+        down: Unit vector that points where things fall, shape (3,), float64; its device is used.
+        position: Centres of the spheres that are there already [m], shape (f, 3), float64.
+        radius: Their radii [m], shape (f,), float64.
+    """
+
+    walls: Walls
+    space: ZoneSpace
+    down: Tensor
+    position: Tensor
+    radius: Tensor
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -116,38 +105,36 @@ class AdamZone:
 
 
 def pack_zone_adam(
-    supply: SphereSupply,
-    walls: Walls,
-    space: ZoneSpace,
-    down: Tensor,
-    fixed_position: Tensor,
-    fixed_radius: Tensor,
+    supply: Supply,
+    around: Surroundings,
     settings: AdamSettings,
     rng: np.random.Generator,
     *,
     finish: Finish | None = None,
     on_progress: Callable[[BatchProgress], None] | None = None,
+    on_step: Callable[[int, float, float], None] | None = None,
     threads: int = 1,
     all_pairs: bool = False,
 ) -> AdamZone:
     """Fill a zone from a supply of spheres: Algorithm 1.
 
     Args:
-        supply: The spheres to place.
-        walls: What bounds them.
-        space: Where they may start.
-        down: Unit vector that points where things fall, shape (3,), float64; its device is used.
-        fixed_position: Centres of the spheres that are there already [m], shape (f, 3), float64.
-        fixed_radius: Their radii [m], shape (f,), float64.
+        supply: The spheres to place; those that find no place go back to it.
+        around: What they meet.
         settings: Settings of the algorithm.
         rng: Draws the start positions.
         finish: ``(position, radius, fixed_position, fixed_radius) -> (kept (n,) bool, position (n, 3))``:
             brings an accepted batch to tolerance and says which spheres stay. None: as Adam left them.
         on_progress: Called after each batch.
+        on_step: Called after each step with its number, the objective and the learning rate.
         threads: Threads for torch: the tensors of a batch are small, one is fastest.
         all_pairs: Evaluate eq. 5 over all pairs, as printed.
     """
-    bed = _Bed(fixed_position, fixed_radius, down)
+    walls, space, down = around.walls, around.space, around.down
+    arrange = partial(
+        arrange_batch, walls=walls, down=down, settings=settings, on_step=on_step, all_pairs=all_pairs
+    )
+    bed = _Bed(around.position, around.radius, down)
     batch_size, thrown_back, batch_index = settings.batch_size, 0, 0
     with torch_threads(threads), torch.no_grad():
         while not supply.finished and batch_size > 0:
@@ -161,7 +148,7 @@ def pack_zone_adam(
                 break
             start = _start_positions(len(radius), slab, space, rng, down.device)
             fixed = bed.spheres
-            result = arrange_batch(start, radius, *fixed, walls, down, settings, all_pairs=all_pairs)
+            result = arrange(start, radius, *fixed)
             kept = torch.full((len(radius),), batch_accepted(result, settings), device=down.device)
             position = result.position
             if finish is not None and bool(kept.any()):
@@ -260,5 +247,5 @@ def _start_positions(
     return torch.from_numpy(np.ascontiguousarray(start, dtype=np.float64)).to(device)
 
 
-def _part(draw: Any, chosen: np.ndarray[Any, np.dtype[np.bool_]]) -> Any:
+def _part(draw: Draw, chosen: BoolArray) -> Draw:
     return dataclasses.replace(draw, radius=draw.radius[chosen], set_index=draw.set_index[chosen])

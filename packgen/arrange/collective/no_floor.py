@@ -10,16 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from packgen.arrange.collective.layers import SPARE_STARTS, STALLED_MAX, LayerReport
+from packgen.arrange.collective.layer_starts import SPARE_STARTS
+from packgen.arrange.collective.layers import STALLED_MAX
+from packgen.arrange.collective.open_zone import LayerReport, OpenZone, no_report
 from packgen.arrange.collective.starts import assign_starts
-from packgen.arrange.pile import Pile
 from packgen.arrange.projection.recipe import Recipe
-from packgen.arrange.projection.settle import SettleStats, settle
-from packgen.arrange.space.region import Region
 from packgen.arrange.spheres import Spheres, joined
 from packgen.arrays import Float64Array
+from packgen.distributions import UNIT_VOLUME
 from packgen.portable import cube, octaves
-from packgen.supply.supply import Draw, Supply
+from packgen.supply.supply import Draw
 
 FULL = 0.61
 """Solid fraction at which a zone of equal spheres is full: that of the core of beds that ``layers`` makes."""
@@ -39,33 +39,21 @@ VOID_SAMPLES = 20
 
 
 def fill_at_once(
-    region: Region,
-    supply: Supply,
-    pile: Pile,
-    zone_index: int,
-    recipe: Recipe,
-    rng: np.random.Generator,
-    on_round: LayerReport,
-    first_batch: int = 0,
-    device: str = "cpu",
+    zone: OpenZone, recipe: Recipe, on_round: LayerReport = no_report, first_batch: int = 0
 ) -> int:
-    """Fill a region without a floor until the supply is finished or nothing more fits.
+    """Fill a zone without a floor until the supply is finished or nothing more fits.
 
     Args:
-        region: The zone's space.
-        supply: The spheres to place; those that find no place go back to it.
-        pile: The spheres placed so far; grows.
-        zone_index: Number of the zone.
+        zone: The zone; its pile grows.
         recipe: Constants of the optimiser; its steps down are left out.
-        rng: Draws the start positions.
         on_round: Called after each round.
         first_batch: Number of the first round.
-        device: Where the sweeps run; see ``projection.settle``.
 
     Returns:
         Number of the next batch.
     """
-    cell = _Cell(region, supply, pile, zone_index, recipe, rng, device)
+    cell = _Cell(zone, recipe)
+    region = zone.region
     batch, stalled = first_batch, 0
     while cell.missing and stalled < STALLED_MAX:
         gained = cell.add(batch)
@@ -73,7 +61,7 @@ def fill_at_once(
         batch += 1
         share = cell.solid / max(cell.full * cell.room, cell.solid)
         level = region.floor + share * (region.ceiling - region.floor)
-        on_round(batch, len(pile), level, cell.stats.thrown_back)
+        on_round(batch, len(zone.pile), level, zone.stats.thrown_back)
     return batch
 
 
@@ -86,23 +74,13 @@ class _Cell:
         solid: Volume of the spheres with their centres there [m3].
     """
 
-    def __init__(
-        self,
-        region: Region,
-        supply: Supply,
-        pile: Pile,
-        zone_index: int,
-        recipe: Recipe,
-        rng: np.random.Generator,
-        device: str,
-    ) -> None:
-        self.region, self.supply, self.pile, self.zone_index = region, supply, pile, zone_index
-        self.rng, self.device, self.stats = rng, device, SettleStats()
+    def __init__(self, zone: OpenZone, recipe: Recipe) -> None:
+        self.zone, self.region, self.supply = zone, zone.region, zone.supply
         # The same sweeps without the sinking: time for random starts to part before any is given up.
         self.recipe = replace(recipe, sink_first=0.0, sink_last=0.0)
-        self.full = supply.solid_fraction(FULL)
+        self.full = zone.supply.solid_fraction(FULL)
         self.room = self._room()
-        front = pile.front
+        front, region = zone.pile.front, zone.region
         within = region.clearance(front.position) >= 0.0 if len(front) else np.zeros(0, bool)
         within &= (
             (front.position >= region.bounds[0]) & (front.position <= region.bounds[1])
@@ -118,34 +96,20 @@ class _Cell:
 
     def add(self, batch: int) -> int:
         """Add spheres up to a full zone, or a few more to one that is; return how many are gained."""
-        front = self.pile.front
-        own = front.zone_index == self.zone_index
+        zone, front = self.zone, self.zone.pile.front
+        own = front.zone_index == zone.index
         draw = self._take(round(STEP * int(own.sum())))
         start, draw = self._starts(draw, front, crowded=bool(own.any()))
-        moving = joined([self._new(start, draw, batch), front[own]])
-        position, kept = settle(
-            np.column_stack(
-                [
-                    np.concatenate([moving.position, front.position[~own]]),
-                    np.concatenate([moving.radius, front.radius[~own]]),
-                ]
-            ),
-            len(moving),
-            self.region.walls,
-            self.region.down,
-            self.recipe,
-            self.stats,
-            device=self.device,
-        )
-        kept &= self.region.holds(position)
+        moving = joined([zone.newcomers(start, draw, batch), front[own]])
+        position, kept = zone.settled(moving, front[~own], self.recipe)
         gained = int(kept.sum()) - int(own.sum())
         if gained <= 0:
-            # The newcomers cost as many as they are: then they have not been.
+            # No net gain: the round is discarded.
             self.supply.put_back(draw)
             return 0
         parted = replace(moving, position=position)
         self.supply.put_back(Draw(moving.radius[~kept], moving.set_index[~kept]))
-        self.pile.front = joined([front[~own], parted[kept]])
+        zone.pile.front = joined([front[~own], parted[kept]])
         self.solid += _volume(moving.radius[kept]) - _volume(front.radius[own])
         return gained
 
@@ -160,14 +124,14 @@ class _Cell:
             draw = Draw(
                 np.concatenate([draw.radius, more.radius]), np.concatenate([draw.set_index, more.set_index])
             )
-        total = np.cumsum(4.0 / 3.0 * np.pi * cube(draw.radius))
+        total = np.cumsum(UNIT_VOLUME * cube(draw.radius))
         fitting = max(int(np.searchsorted(total, wanted + 0.5 * self.supply.mean_volume)), least)
         self.supply.put_back(Draw(draw.radius[fitting:], draw.set_index[fitting:]))
         return Draw(draw.radius[:fitting], draw.set_index[:fitting])
 
     def _starts(self, draw: Draw, front: Spheres, *, crowded: bool) -> tuple[Float64Array, Draw]:
         """Return where spheres start [m], (n, 3), and those that have a start; the others go back."""
-        count, broad = len(draw.radius), self.supply.radius_max > 2.0 * self.supply.radius_min
+        count, broad = len(draw.radius), self.supply.broad
         wanted = VOID_SAMPLES * (len(front) + count) if crowded else count * (SPARE_STARTS if broad else 1)
         points = self._points(wanted)
         if crowded:
@@ -186,7 +150,7 @@ class _Cell:
         low, high = self.region.bounds
         parts, found = [np.empty((0, 3))], 0
         for _ in range(20):
-            points = low + self.rng.random((count, 3)) * (high - low)
+            points = low + self.zone.rng.random((count, 3)) * (high - low)
             inside = self.region.clearance(points, 0.5 * self.supply.radius_reference) >= 0.0
             parts.append(points[inside])
             found += int(inside.sum())
@@ -213,11 +177,6 @@ class _Cell:
                 free[tree.query_ball_point(placed[place], 2.0 * self.supply.radius_reference)] = False
         return points[picked]
 
-    def _new(self, start: Float64Array, draw: Draw, batch: int) -> Spheres:
-        count = len(draw.radius)
-        zone, batches = np.full(count, self.zone_index, np.int32), np.full(count, batch, np.int32)
-        return Spheres(start, draw.radius, draw.set_index, zone, batches)
-
     def _room(self) -> float:
         """Return the space of centres that is as dense as the core [m3]."""
         low, high = self.region.bounds
@@ -227,4 +186,4 @@ class _Cell:
 
 
 def _volume(radius: Float64Array) -> float:
-    return float(4.0 / 3.0 * np.pi * cube(radius).sum())
+    return float(UNIT_VOLUME * cube(radius).sum())

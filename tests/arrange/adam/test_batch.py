@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 import torch
 
+from packgen.arrange.adam import batch as adam
 from packgen.arrange.adam.batch import (
     AdamSettings,
     BatchResult,
@@ -13,7 +14,6 @@ from packgen.arrange.adam.batch import (
     batch_accepted,
     measure_batch,
 )
-from packgen.arrange.adam.batch import batch as adam
 from packgen.arrange.adam.objective import PlaneWalls, all_pairs_objective, list_pairs
 
 DOWN = torch.tensor([0.0, 0.0, -1.0], dtype=torch.float64)

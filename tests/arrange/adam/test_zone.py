@@ -8,7 +8,7 @@ import torch
 
 from packgen.arrange.adam.batch import AdamSettings, batch_accepted, measure_batch
 from packgen.arrange.adam.objective import PlaneWalls
-from packgen.arrange.adam.zone import ZoneSpace, pack_zone_adam, torch_threads
+from packgen.arrange.adam.zone import Surroundings, ZoneSpace, pack_zone_adam, torch_threads
 
 NOTHING = torch.empty((0, 3), dtype=torch.float64), torch.empty(0, dtype=torch.float64)
 SHORT = AdamSettings(batch_size=16, n_epoch=400, patience=30, plateau_factor=0.5, plateau_patience=5, lr=0.02)
@@ -80,7 +80,7 @@ def pack(
     space = ZoneSpace(*ends, lambda altitude: size**2, free, sample_above)
     supply, reports = supply_type(radius), []
     zone = pack_zone_adam(
-        supply, walls, space, down, *fixed, settings, np.random.default_rng(seed),
+        supply, Surroundings(walls, space, down, *fixed), settings, np.random.default_rng(seed),
         on_progress=reports.append, **options,
     )  # fmt: skip
     return zone, supply, reports, walls

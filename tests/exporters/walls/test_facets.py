@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from exporters.walls.facets import facets as walls
+from exporters.walls import facets as walls
 from exporters.walls.facets import slivers
+from exporters.walls.stl import write_stl
 from packgen.bed import Ball, Box, Cone, Mesh, Surface
 from packgen.errors import ExportError
 from tests import container_meshes as meshes
@@ -23,7 +24,7 @@ def read_stl(path):
 @pytest.mark.parametrize(("binary", "tolerance"), [(False, 0.0), (True, 2e-6)])
 def test_stl_survives_a_round_trip(tmp_path, binary, tolerance):
     triangles = np.random.default_rng(3).uniform(-30, 30, (20, 3, 3))
-    path = walls.write_stl(tmp_path / "wall.stl", triangles, binary=binary)
+    path = write_stl(tmp_path / "wall.stl", triangles, binary=binary)
     assert path.read_bytes().startswith(b"solid") is not binary
     if binary:
         assert np.allclose(read_stl(path), triangles, rtol=0, atol=tolerance)

@@ -1,0 +1,17 @@
+"""The settings of ADAM."""
+
+from __future__ import annotations
+
+from packgen.arrange.paper_params import PaperParams
+from packgen.geometry import Container
+
+
+class Params(PaperParams):
+    """Settings of ADAM: those of the paper."""
+
+    def unsupported(self, container: Container) -> list[tuple[str, str]]:
+        """Return what of these settings cannot fill a container: (place in the scene, found and expected)."""
+        if not any(container.periodic):
+            return []
+        expected = "expected COLLECTIVE_ARRANGEMENT in a periodic box; adam knows walls only"
+        return [("algorithm", f"found ADAM, {expected}")]

@@ -1,0 +1,148 @@
+"""The surface of the bed in a zone: its altitude column by column, what lies deep, what hangs above."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.ndimage import maximum_filter, minimum_filter
+
+from packgen.arrange.collective.earlier_beds import beds_of_zones, lowest_ground
+from packgen.arrange.collective.open_zone import OpenZone
+from packgen.arrange.collective.plan import LayerPlan
+from packgen.arrange.space.columns import ColumnMap
+from packgen.arrange.spheres import Spheres
+from packgen.arrays import BoolArray, Float64Array
+from packgen.portable import components
+
+
+class Surface:
+    """Where the next layer goes.
+
+    Attributes:
+        diameter: Mean diameter, each sphere counted by its volume: the unit of the plan [m].
+        map: Columns as wide as a sphere of mean volume.
+        reach: How far across gravity a sphere covers others [m].
+        ground: Top of what earlier zones left to stand on, column by column [m]; -inf where nothing.
+        overhead: Top of all that earlier zones left, what hangs included [m].
+        base: Altitude at which the first layer starts [m].
+        level: Mean altitude of the surface [m].
+        climbed: Altitude above which the last throat ended [m]; -inf: none was passed.
+        started: Whether the zone has spheres.
+        buried_tops: Top of what was put away, column by column [m].
+        roofed: Columns whose bed ends under a roof, shape (columns,).
+    """
+
+    def __init__(self, zone: OpenZone, plan: LayerPlan) -> None:
+        """Look at what earlier zones have left in a zone."""
+        region, supply, front = zone.region, zone.supply, zone.pile.front
+        self._zone, self._plan = zone, plan
+        self._radius_reference, self._radius_max = supply.radius_reference, supply.radius_max
+        self.diameter = 2.0 * supply.radius_by_volume
+        self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
+        # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
+        wide = ColumnMap.over(region, 2.0 * max(supply.radius_by_volume, supply.radius_reference))
+        self._wide_column = wide.index(self.map.points(np.zeros(self.map.count)))
+        # Spheres of earlier zones may be larger: what they cover goes that much farther.
+        self.reach = 2.0 * max(supply.radius_max, float(front.radius.max(initial=0.0)))
+        beds, standing = beds_of_zones(front, region, self.map, self.diameter)
+        self.ground = self.map.tops(standing.position, standing.radius)
+        self.overhead = self.map.tops(beds.position, beds.radius)
+        self.level = self.base = lowest_ground(standing, region, supply.radius_reference)
+        self.climbed = -math.inf
+        self.started = False
+        self.buried_tops = np.full(self.map.count, -np.inf)
+        self.roofed = np.zeros(self.map.count, bool)
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the next layer [m]."""
+        return self._plan.thickness * self.diameter * (1.0 if self.started else self._plan.first)
+
+    def tops(self) -> Float64Array:
+        """Return the tops of the columns, spheres far above the new layer left out [m]; set the level."""
+        tops = self._own_tops(self._zone.pile.front)
+        found = np.isfinite(tops)
+        # A bed that ends below a zone leaves the zone to stand on its own floor.
+        tops[found] = np.maximum(tops[found], self._zone.region.floor)
+        self.roofed = self._roofs(tops, found)
+        open_above = found & ~self.roofed
+        # What was left behind below a throat is not the surface any more.
+        open_above &= tops > self.climbed - self.thickness
+        if open_above.any():
+            # Nor is a hollow under a roof that a column's middle misses: it would hold the level down.
+            open_above &= tops > np.median(tops[open_above]) - self.thickness
+        level = self._level(tops, open_above) if open_above.any() else self.level
+        self.level = max(level, self.climbed)
+        if not found.any() or not self.started:
+            # What is found before the first sphere is the foot of earlier beds, not a surface to fill up to.
+            self.level = max(self.base, self.climbed)
+        tops[~found] = self.level
+        return np.maximum(tops, self.ground)
+
+    def _own_tops(self, front: Spheres) -> Float64Array:
+        """Return the tops of this zone's bed and of earlier ones that it stands on or has reached [m]."""
+        front = front[front.zone_index == self._zone.index]
+        altitude = components(front.position, self._zone.region.frame[2])
+        highest = 1.5 * max(self._plan.first, 1.0) * self._plan.thickness * self.diameter
+        below = altitude <= self.level + highest
+        tops = self.map.tops(front.position[below], front.radius[below])
+        # The bed of earlier zones that this one stands on; what towers beside it is none of its surface.
+        under = self.ground <= self.level + self.thickness
+        tops[under] = np.maximum(tops[under], self.ground[under])
+        below = self.overhead <= self.level
+        tops[below] = np.maximum(tops[below], self.overhead[below])
+        return tops
+
+    def _roofs(self, tops: Float64Array, found: BoolArray) -> BoolArray:
+        """Tell in which columns the bed ends under a roof: these say nothing of the surface, (columns,)."""
+        region, radius = self._zone.region, self._radius_reference
+        above = self.map.points(np.where(found, tops, self.level) + radius)
+        roofed = found & (region.clearance(above, radius) < 0.0)
+        if (roofed == found).all() and found.any():
+            # A tube so narrow that its wall is near everywhere, below as above: that is no roof.
+            below_it = self.map.points(np.where(found, tops, self.level) - radius)[found]
+            roofed &= not (region.clearance(below_it, radius) < 0.0).all()
+        return np.asarray(roofed)
+
+    def _level(self, tops: Float64Array, open_above: BoolArray) -> float:
+        """Return the mean altitude of the surface [m], in columns as wide as the large spheres."""
+        highest = np.full(int(self._wide_column.max()) + 1, -np.inf)
+        np.maximum.at(highest, self._wide_column[open_above], tops[open_above])
+        return float(highest[np.isfinite(highest)].mean())
+
+    def shallow(self, front: Spheres, tops: Float64Array, start: Float64Array) -> BoolArray:
+        """Tell which spheres of this zone lie just below newcomers and move again with them, shape (N,).
+
+        Args:
+            front: Spheres at rest.
+            tops: Tops of the columns [m].
+            start: Start positions of the newcomers [m], shape (n, 3).
+        """
+        column = self.map.index(front.position)
+        depth = tops[column] - components(front.position, self._zone.region.frame[2])
+        fresh = np.zeros(self.map.count)
+        fresh[self.map.index(start)] = 1.0
+        touched = self.map.nearby(fresh, 2.0 * self._radius_max, maximum_filter) > 0.0
+        near_top = depth < self._plan.reopened * self.diameter
+        return np.asarray(near_top & touched[column] & (front.zone_index == self._zone.index))
+
+    def above_buried(self, position: Float64Array, radius: Float64Array) -> BoolArray:
+        """Tell which spheres are above all that is buried near them: others could overlap it unseen, (N,)."""
+        bottom = components(position, self._zone.region.frame[2]) - radius
+        buried = self.map.nearby(self.buried_tops, self.reach, maximum_filter)
+        return np.asarray(bottom > buried[self.map.index(position)])
+
+    def bury(self) -> None:
+        """Put away what lies too deep below every surface nearby for the next layers to reach."""
+        front = self._zone.pile.front
+        tops = self.map.tops(front.position, front.radius)
+        tops[np.isneginf(tops)] = self.level
+        tops[self.roofed] = np.inf
+        lowest = self.map.nearby(tops, self.reach, minimum_filter)
+        depth = (self._plan.reopened + self._plan.buffer) * self.diameter
+        index = self.map.index(front.position)
+        top = components(front.position, self._zone.region.frame[2]) + front.radius
+        deep = top < np.minimum(lowest[index], self.level) - (depth + 2.0 * self._radius_max)
+        np.maximum.at(self.buried_tops, index[deep], top[deep])
+        self._zone.pile.bury(deep)

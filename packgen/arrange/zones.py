@@ -1,0 +1,53 @@
+"""Zone after zone: what all algorithms that fill one zone at a time have in common."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from packgen.arrange.proportions import trimmed_to_shares
+from packgen.arrange.spheres import Spheres, joined, no_spheres
+from packgen.arrange.task import FillZone, Task, of_whole_run
+from packgen.errors import PackingError
+from packgen.geometry import Mesh, Polyhedron
+
+__all__ = ["fill_zones"]
+
+
+def fill_zones(task: Task, fill: FillZone) -> Spheres:
+    """Fill the zones of a task in their order, each beside the spheres of those before.
+
+    Args:
+        task: What to fill and with what.
+        fill: Fills one zone.
+
+    Returns:
+        The spheres that found a place, zone by zone; the others stay in the zones' supplies.
+
+    Raises:
+        PackingError: A zone lies outside the container, or nothing at all could be placed.
+    """
+    spheres, batch = no_spheres(), 0
+    for zone in task.zones:
+        if zone.supply.finished:
+            continue
+        tell = of_whole_run(task.on_progress, len(spheres), task.sphere_count, batch)
+        filled = fill(zone, spheres, zone.generator(), tell)
+        zone.supply.go_on_from(filled.supply)
+        added = replace(filled.spheres, batch_index=filled.spheres.batch_index + np.int32(batch))
+        if zone.supply.asked is None and np.count_nonzero(zone.supply.shares) > 1:
+            added = trimmed_to_shares(added, zone.supply.shares, -task.down)
+        spheres, batch = joined([spheres, added]), batch + filled.batch_count
+    if len(spheres) == 0:
+        raise PackingError(_nothing_fits(task))
+    return spheres
+
+
+def _nothing_fits(task: Task) -> str:
+    smallest = min(zone.supply.radius_min for zone in task.zones)
+    meshed = isinstance(task.container.shape, Mesh | Polyhedron)
+    return (
+        f"{task.zones[0].place}: not one sphere fits (smallest radius {smallest:.4g} m); expected a "
+        f"larger container or smaller spheres{'; are the `units` of the mesh right?' if meshed else ''}"
+    )
