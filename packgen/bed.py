@@ -107,9 +107,11 @@ class Bed:
             ("zone_index", np.int32, (count,)),
             ("batch_index", np.int32, (count,)),
             ("gravity", np.float64, (3,)),
-            *([] if self.body_index is None else [("body_index", np.int32, (count,))]),
+            ("body_index", np.int32, (count,)),
         ):
-            object.__setattr__(self, name, read_only(getattr(self, name), dtype, shape, f"bed.{name}"))
+            value = getattr(self, name)
+            if value is not None or name != "body_index":
+                object.__setattr__(self, name, read_only(value, dtype, shape, f"bed.{name}"))
 
     @property
     def count(self) -> int:

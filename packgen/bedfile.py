@@ -77,8 +77,8 @@ def load_columns(path: Path) -> Columns:
         EOFError: The file ends too early.
     """
     with np.load(path) as stored:
-        columns = [stored[name] for name in COLUMNS]
-        return Columns(*columns, stored.get("body_index"))
+        columns = {name: stored[name] for name in COLUMNS}
+        return Columns(**columns, body_index=stored.get("body_index"))
 
 
 def plain(value: Any) -> Any:
