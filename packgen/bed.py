@@ -80,6 +80,8 @@ class Bed:
         gravity: Acceleration of gravity [m/s2], shape (3,), float64.
         tolerance: Largest overlap asked for, as a fraction of the smaller radius; None: as Adam left it.
         provenance: Version, scene, seed, effective settings; plain data that JSON can hold.
+        body_index: Body of each sphere, shape (N,), int32: spheres of one body may overlap each other. None:
+            each sphere is a body.
     """
 
     position: Float64Array
@@ -94,6 +96,7 @@ class Bed:
     gravity: Float64Array
     tolerance: float | None = 1.0e-6
     provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    body_index: Int32Array | None = None
 
     def __post_init__(self) -> None:
         count = len(self.position)
@@ -104,8 +107,11 @@ class Bed:
             ("zone_index", np.int32, (count,)),
             ("batch_index", np.int32, (count,)),
             ("gravity", np.float64, (3,)),
+            ("body_index", np.int32, (count,)),
         ):
-            object.__setattr__(self, name, read_only(getattr(self, name), dtype, shape, f"bed.{name}"))
+            value = getattr(self, name)
+            if value is not None or name != "body_index":
+                object.__setattr__(self, name, read_only(value, dtype, shape, f"bed.{name}"))
 
     @property
     def count(self) -> int:

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from packgen.arrays import Float64Array, Int32Array
 from packgen.bed import Bed
+
+COLUMNS = ("position", "radius", "set_index", "zone_index", "batch_index")
 
 
 def save_bed(bed: Bed, path: Path) -> None:
     """Write a bed's arrays; equal beds give equal files, byte for byte.
 
     Keys: ``position`` (N, 3) float64 [m]; ``radius`` (N,) float64 [m]; ``set_index``, ``zone_index``,
-    ``batch_index`` (N,) int32; ``provenance``, JSON text.
+    ``batch_index`` (N,) int32; ``provenance``, JSON text; ``body_index`` (N,) int32, the body of each sphere,
+    only where spheres belong together in bodies: without it each sphere is its own.
 
     Args:
         bed: The bed.
@@ -33,7 +38,47 @@ def save_bed(bed: Bed, path: Path) -> None:
         "batch_index": bed.batch_index,
         "provenance": np.array(json.dumps(plain(bed.provenance), sort_keys=True)),
     }
+    if bed.body_index is not None:
+        arrays["body_index"] = bed.body_index
     np.savez(path, **arrays)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Columns:
+    """The columns of a ``bed.npz``.
+
+    Attributes:
+        position: Sphere centres [m], shape (N, 3), float64.
+        radius: Sphere radii [m], shape (N,), float64.
+        set_index: Particle set of each sphere, shape (N,), int32.
+        zone_index: Zone of each sphere, shape (N,), int32.
+        batch_index: Batch of each sphere, shape (N,), int32.
+        body_index: Body of each sphere, shape (N,), int32; None: each sphere is a body.
+    """
+
+    position: Float64Array
+    radius: Float64Array
+    set_index: Int32Array
+    zone_index: Int32Array
+    batch_index: Int32Array
+    body_index: Int32Array | None = None
+
+
+def load_columns(path: Path) -> Columns:
+    """Read the columns of a ``bed.npz``.
+
+    Args:
+        path: The file.
+
+    Raises:
+        OSError: The file cannot be read.
+        KeyError: A column is missing.
+        ValueError: The file is none of numpy's.
+        EOFError: The file ends too early.
+    """
+    with np.load(path) as stored:
+        columns = {name: stored[name] for name in COLUMNS}
+        return Columns(**columns, body_index=stored.get("body_index"))
 
 
 def plain(value: Any) -> Any:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.spheres import Spheres, joined, no_spheres
+from packgen.bodies import whole_bodies
 
 
 class Pile:
@@ -27,7 +28,8 @@ class Pile:
         return self._buried_count + len(self.front)
 
     def bury(self, deep: NDArray[np.bool_]) -> None:
-        """Put front spheres away that nothing will touch any more."""
+        """Put front spheres away that nothing will touch any more: whole bodies, no part of one."""
+        deep = whole_bodies(deep, self.front.body_index)
         if deep.any():
             buried = self.front[deep]
             self._buried.append(buried)

@@ -9,17 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrays import Float64Array, Int32Array
+from packgen.bodies import joined_bodies
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Spheres:
-    """Columns of equal length: centres [m] (N, 3), radii [m] and where each sphere belongs, int32, (N,)."""
+    """Columns of equal length: centres [m] (N, 3), radii [m] and where each sphere belongs, int32, (N,).
+
+    Attributes:
+        body_index: Body of each sphere; None: each sphere is a body.
+    """
 
     position: Float64Array
     radius: Float64Array
     set_index: Int32Array
     zone_index: Int32Array
     batch_index: Int32Array
+    body_index: Int32Array | None = None
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -31,6 +37,7 @@ class Spheres:
             self.set_index[chosen],
             self.zone_index[chosen],
             self.batch_index[chosen],
+            None if self.body_index is None else self.body_index[chosen],
         )
 
 
@@ -41,7 +48,7 @@ def no_spheres() -> Spheres:
 
 
 def joined(parts: Sequence[Spheres]) -> Spheres:
-    """Return several sets of columns as one."""
+    """Return several sets of columns as one; bodies of different parts stay different."""
     if not parts:
         return no_spheres()
     return Spheres(
@@ -50,4 +57,5 @@ def joined(parts: Sequence[Spheres]) -> Spheres:
         np.concatenate([part.set_index for part in parts]),
         np.concatenate([part.zone_index for part in parts]),
         np.concatenate([part.batch_index for part in parts]),
+        joined_bodies([part.body_index for part in parts], [len(part) for part in parts]),
     )

@@ -78,7 +78,7 @@ class Check:
 
 
 def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
-    """Check every pair and every wall of a bed.
+    """Check every pair and every wall of a bed; spheres of one body may overlap each other.
 
     Args:
         bed: The bed as the core left it.
@@ -90,9 +90,10 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
     index = np.flatnonzero(sound)
     position, radius = (bed.position, bed.radius) if sound.all() else (bed.position[index], bed.radius[index])
+    body_index = None if bed.body_index is None else bed.body_index[index]
     overlap_max, worst_pair, overlap_sum, overlap_count, excess_count = 0.0, None, 0.0, 0, 0
     limit = np.inf if bed.tolerance is None else bed.tolerance
-    for pairs in near_pairs(position, radius, period=bed.container.period):
+    for pairs in near_pairs(position, radius, period=bed.container.period, body_index=body_index):
         overlap = -pairs.gap / np.minimum(radius[pairs.first], radius[pairs.second])
         overlap_sum += float(overlap.sum())
         overlap_count += int(np.count_nonzero(overlap > 0.0))

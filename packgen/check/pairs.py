@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 
 SLAB_SIZE = 250_000  # spheres searched at a time: about 25 MB of pairs
 
@@ -51,6 +51,7 @@ def near_pairs(
     *,
     gap_fraction: float = 0.0,
     period: tuple[float | None, float | None, float | None] = (None, None, None),
+    body_index: Int32Array | None = None,
 ) -> Iterator[Pairs]:
     """Yield all pairs of spheres whose gap is at most a fraction of the smaller one's radius.
 
@@ -59,6 +60,8 @@ def near_pairs(
         radius: Sphere radii [m], shape (N,), float64.
         gap_fraction: Largest gap, as a fraction of the smaller radius; 0 yields pairs that touch or overlap.
         period: Length after which the bed repeats along each axis [m]; None where it does not.
+        body_index: Body of each sphere, shape (N,): two spheres of one body are no pair, a sphere and its own
+            image are one. None: each sphere is a body.
 
     Yields:
         Pieces of the list of pairs, in an order that depends on nothing but the input.
@@ -71,6 +74,8 @@ def near_pairs(
         for small in levels[: place + 1]:
             for first, second in _close(large, small, reach):
                 found = _measured(large, small, first, second, gap_fraction)
+                if body_index is not None:
+                    found = _between_bodies(found, body_index)
                 if len(found.gap):
                     yield found
 
@@ -157,3 +162,9 @@ def _measured(
     close = gap <= gap_fraction * np.minimum(radius_first, radius_second)
     close &= ~(large.ghost[first] & small.ghost[second])
     return Pairs(large.owner[first[close]], small.owner[second[close]], gap[close])
+
+
+def _between_bodies(pairs: Pairs, body_index: Int32Array) -> Pairs:
+    """Return the pairs whose spheres are of two bodies, or are one sphere and its image."""
+    apart = (body_index[pairs.first] != body_index[pairs.second]) | (pairs.first == pairs.second)
+    return Pairs(pairs.first[apart], pairs.second[apart], pairs.gap[apart])

@@ -72,6 +72,8 @@ def contacts_and_gaps(
 ) -> tuple[tuple[Contacts, ...], Gaps]:
     """Return the contacts a sphere, and the gaps of all near pairs: both from one search.
 
+    Spheres of one body are neither in contact nor a near pair.
+
     Args:
         bed: The bed.
         gaps: Largest gaps that count as contacts, as fractions of the smaller radius, none below 0.
@@ -84,7 +86,13 @@ def contacts_and_gaps(
     widest = max(*gaps, GAP_EDGES[-1])
     count = np.zeros((len(gaps), bed.count), dtype=np.int32)
     pair_count = np.zeros(len(GAP_EDGES), dtype=np.int64)
-    for pairs in near_pairs(bed.position, bed.radius, gap_fraction=widest, period=bed.container.period):
+    for pairs in near_pairs(
+        bed.position,
+        bed.radius,
+        gap_fraction=widest,
+        period=bed.container.period,
+        body_index=bed.body_index,
+    ):
         share = pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
         edge = np.searchsorted(GAP_EDGES, share)
         pair_count += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]

@@ -86,9 +86,13 @@ def predicted_forces(bed: Bed, clearance: Float64Array | None = None) -> Predict
 
 
 def pair_forces(bed: Bed) -> Iterator[tuple[Int64Array, Int64Array, Float64Array]]:
-    """Yield the spheres of pairs that touch or overlap, and their forces by Hertz' law [N]; each (P,)."""
+    """Yield the spheres of pairs that touch or overlap, and their forces by Hertz' law [N]; each (P,).
+
+    Spheres of one body do not press on each other.
+    """
     types, moduli = bed.type_index, law.modulus_table(bed)
-    for pairs in near_pairs(bed.position, bed.radius, period=bed.container.period):
+    period, bodies = bed.container.period, bed.body_index
+    for pairs in near_pairs(bed.position, bed.radius, period=period, body_index=bodies):
         radius = law.effective_radius(bed.radius[pairs.first], bed.radius[pairs.second])
         modulus = moduli[types[pairs.first], types[pairs.second]]
         yield pairs.first, pairs.second, law.hertz_force(modulus, radius, -pairs.gap)

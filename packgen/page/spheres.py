@@ -13,13 +13,13 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bed import Bed
+from packgen.bedfile import load_columns
 from packgen.errors import PackgenError
 from packgen.measure import against_gravity
 
 SHOWN_MAX = 480_000  # spheres in a page: 4.5 MB of text
 PLACES = 65_535  # steps of a coordinate in a page
 SIZES = 255  # steps of the logarithm of a radius in a page
-ARRAYS = ("position", "radius", "set_index", "zone_index", "batch_index")
 
 BATCHES_MAX = 4_000  # that a page tells apart
 
@@ -64,16 +64,17 @@ def read_spheres(path: Path, gravity_direction: Sequence[float] | None) -> Spher
     """
     up = -np.asarray(gravity_direction or (0.0, 0.0, -1.0), dtype=np.float64)
     try:
-        with np.load(path) as stored:
-            arrays = [stored[name] for name in ARRAYS]
+        found = load_columns(path)
     except FileNotFoundError as error:
         raise PackgenError(f"{path}: not found; expected a result folder of packgen") from error
     except (OSError, ValueError, KeyError, EOFError) as error:
         raise PackgenError(
             f"{path}: cannot be read as a bed ({error}); run the scene again to make it anew"
         ) from error
-    position, radius, set_index, zone_index, batch_index = arrays
-    return Spheres(position, radius, set_index, zone_index, batch_index, up / float(np.linalg.norm(up)) + 0.0)
+    return Spheres(
+        found.position, found.radius, found.set_index, found.zone_index, found.batch_index,
+        up / float(np.linalg.norm(up)) + 0.0,
+    )  # fmt: skip
 
 
 def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:

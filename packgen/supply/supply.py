@@ -1,7 +1,8 @@
 """The spheres of a zone: how many of each set, with which radii, in which order; and those that come back.
 
 Radii are drawn here and nowhere else. What a zone takes and does not place is put back and comes again with
-the same radius, so that the radii of a complete zone are exactly the drawn ones.
+the same radius, so that the radii of a complete zone are exactly the drawn ones. Spheres come and go in whole
+bodies; without a column of bodies each sphere is one.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.bodies import are_in_rows, body_starts, joined_bodies
 from packgen.distributions import UNIT_VOLUME, Listed
 from packgen.errors import PackingError
 from packgen.portable import cube, cube_root, whole_power
@@ -43,15 +45,40 @@ class Draw:
     Attributes:
         radius: Radii [m], shape (k,), float64.
         set_index: Index of each sphere's particle set, shape (k,), int32.
+        body_index: Body of each sphere, shape (k,), int32; spheres of one body have consecutive rows. None:
+            each sphere is a body.
     """
 
     radius: Float64Array
     set_index: Int32Array
+    body_index: Int32Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", read_only(self.radius, np.float64, (None,), "draw.radius"))
         shape = (len(self.radius),)
         object.__setattr__(self, "set_index", read_only(self.set_index, np.int32, shape, "draw.set_index"))
+        if self.body_index is not None:
+            body_index = read_only(self.body_index, np.int32, shape, "draw.body_index")
+            if not are_in_rows(body_index):
+                raise ValueError("draw.body_index: a body comes in two places, expected consecutive rows")
+            object.__setattr__(self, "body_index", body_index)
+
+    @property
+    def body_count(self) -> int:
+        """Number of bodies; that of spheres where each is a body."""
+        return len(self.radius) if self.body_index is None else len(body_starts(self.body_index))
+
+    def split(self, count: int) -> tuple[Draw, Draw]:
+        """Return the first so many bodies, or all where there are no more, and the others."""
+        row = count
+        if self.body_index is not None:
+            starts = body_starts(self.body_index)
+            row = int(starts[count]) if count < len(starts) else len(self.radius)
+        bodies = (None, None) if self.body_index is None else (self.body_index[:row], self.body_index[row:])
+        return (
+            Draw(self.radius[:row], self.set_index[:row], bodies[0]),
+            Draw(self.radius[row:], self.set_index[row:], bodies[1]),
+        )
 
 
 class Supply:
@@ -89,6 +116,7 @@ class Supply:
         self._count_by_set = np.zeros(len(self._sets), dtype=np.int64)
         self._stock = [np.empty(0) for _ in self._sets]
         self._queue: deque[Draw] = deque()
+        self._body_sizes: dict[int, int] = {}
         self.fit: SumFit | None = None
         draw = self._draw_amount(zone)
         self.counts = None if draw is None else np.bincount(draw.set_index, minlength=len(self._sets))
@@ -100,12 +128,12 @@ class Supply:
 
     @property
     def remaining(self) -> int | None:
-        """Number of spheres still to be placed; None: endless."""
-        return None if self.asked is None else sum(len(each.radius) for each in self._queue)
+        """Number of bodies still to be placed; None: endless."""
+        return None if self.asked is None else sum(each.body_count for each in self._queue)
 
     @property
     def finished(self) -> bool:
-        """Whether no sphere is left."""
+        """Whether no body is left."""
         return self.remaining == 0
 
     @property
@@ -123,29 +151,45 @@ class Supply:
         return mixture_fraction(*self._sizes, alone)
 
     def take(self, count: int) -> Draw:
-        """Return the next spheres: those put back come first.
+        """Return the next bodies: those put back come first.
 
         Args:
-            count: How many, at least 0.
+            count: How many bodies, at least 0.
 
         Returns:
-            ``count`` spheres, or all that are left.
+            The spheres of ``count`` bodies, or of all that are left.
         """
         parts: list[Draw] = []
         missing = count
         while missing > 0 and self._queue:
-            first = self._queue.popleft()
-            parts.append(Draw(first.radius[:missing], first.set_index[:missing]))
-            if len(first.radius) > missing:
-                self._queue.appendleft(Draw(first.radius[missing:], first.set_index[missing:]))
-            missing -= len(parts[-1].radius)
+            part, rest = self._queue.popleft().split(missing)
+            parts.append(part)
+            if len(rest.radius):
+                self._queue.appendleft(rest)
+            missing -= part.body_count
         if missing > 0 and self.asked is None:
             parts.append(self._draw_more(missing))
             self.drawn_count += missing
-        return _joined(parts)
+        draw = _joined(parts)
+        self._body_sizes.update(_sizes_of(draw))
+        return draw
 
     def put_back(self, draw: Draw) -> None:
-        """Return spheres that found no place: they come first next time."""
+        """Return bodies that found no place: they come first next time.
+
+        Args:
+            draw: Whole bodies, with the numbers that they were handed out with.
+
+        Raises:
+            ValueError: The draw holds a part of a body that was handed out.
+        """
+        for body, size in _sizes_of(draw).items():
+            whole = self._body_sizes.get(body, size)
+            if size != whole:
+                raise ValueError(
+                    f"put_back: found {size} spheres of body {body}, expected all {whole}; "
+                    "put whole bodies back"
+                )
         if len(draw.radius):
             self._queue.appendleft(draw)
 
@@ -297,4 +341,15 @@ def _joined(parts: list[Draw]) -> Draw:
     if len(parts) == 1:
         return parts[0]
     radius = np.concatenate([np.empty(0), *(each.radius for each in parts)])
-    return Draw(radius, np.concatenate([np.empty(0, dtype=np.int32), *(each.set_index for each in parts)]))
+    set_index = np.concatenate([np.empty(0, dtype=np.int32), *(each.set_index for each in parts)])
+    bodies = joined_bodies([each.body_index for each in parts], [len(each.radius) for each in parts])
+    return Draw(radius, set_index, bodies)
+
+
+def _sizes_of(draw: Draw) -> dict[int, int]:
+    """Return the number of spheres of each body by its number; none where each sphere is a body."""
+    if draw.body_index is None:
+        return {}
+    starts = body_starts(draw.body_index)
+    sizes = np.diff(starts, append=len(draw.radius))
+    return dict(zip(draw.body_index[starts].tolist(), sizes.tolist(), strict=True))

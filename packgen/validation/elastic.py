@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
 
@@ -42,7 +42,8 @@ def elastic_sinking(bed: Bed, position: Float64Array, index: Int64Array) -> Floa
     """
     up = up_direction(bed)
     height, radius = position @ up, bed.radius[index]
-    low, high, strain = _contacts(bed, position, radius, up)
+    body_index = None if bed.body_index is None else bed.body_index[index]
+    low, high, strain = _contacts(bed, position, radius, up, body_index)
     if len(low) == 0:
         return np.zeros(len(index))
     # The strain changes where a contact begins or ends, and is constant between.
@@ -56,14 +57,14 @@ def elastic_sinking(bed: Bed, position: Float64Array, index: Int64Array) -> Floa
 
 
 def _contacts(
-    bed: Bed, position: Float64Array, radius: Float64Array, up: Float64Array
+    bed: Bed, position: Float64Array, radius: Float64Array, up: Float64Array, body_index: Int32Array | None
 ) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Return lower and upper end of the height [m] that each contact spans, and its delta / L; each (C,)."""
     height = position @ up
     length = bed.container.bounds[1] - bed.container.bounds[0]
     wraps = np.array(bed.container.periodic)
     lows, highs, strains = [], [], []
-    for pairs in near_pairs(position, radius, period=bed.container.period):
+    for pairs in near_pairs(position, radius, period=bed.container.period, body_index=body_index):
         distance = radius[pairs.first] + radius[pairs.second] + pairs.gap
         apart = position[pairs.second] - position[pairs.first]
         apart[:, wraps] -= length[wraps] * np.round(apart[:, wraps] / length[wraps])

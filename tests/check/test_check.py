@@ -134,3 +134,35 @@ def test_a_convex_mesh_and_its_planes_give_the_same_depths():
     assert 0 < np.count_nonzero(by_planes < 0.0) < len(position)
     inside = by_planes > 0.0
     np.testing.assert_allclose(by_mesh[inside], np.minimum(by_planes[inside], 0.5), rtol=0, atol=1e-12)
+
+
+def dimers(**changes):
+    """Two bodies of two spheres deep in each other; a sphere of each overlaps one of the other by 0.04."""
+    position = [[0.3, 0.5, 0.5], [0.4, 0.5, 0.5], [0.596, 0.5, 0.5], [0.7, 0.5, 0.5]]
+    return make_bed(position, 0.1, box_container([0, 0, 0], [1, 1, 1]), **changes)
+
+
+def test_overlaps_within_a_body_are_lawful_and_those_between_bodies_are_found():
+    check = check_bed(dimers(body_index=[0, 0, 1, 1]))
+    assert check.overlap_count == check.excess_count == 1
+    assert check.overlap_max == check.overlap_mean == pytest.approx(0.04)
+    assert sorted(check.worst_pair) == [1, 2]
+    assert check_bed(dimers()).overlap_count == 3
+    assert check_bed(dimers(body_index=[0, 1, 2, 3])) == check_bed(dimers())
+    assert check_bed(dimers(body_index=[0] * 4)).within_tolerance
+
+
+def test_a_sphere_that_is_no_number_shifts_no_body():
+    bed = dimers(body_index=[0, 0, 1, 1])
+    position = np.concatenate([[[np.nan, 0, 0]], bed.position])
+    check = check_bed(make_bed(position, 0.1, bed.container, body_index=[5, 0, 0, 1, 1]))
+    assert sorted(check.worst_pair) == [2, 3]
+    assert (check.overlap_count, check.invalid_count) == (1, 1)
+
+
+def test_a_body_in_the_wall_is_as_wrong_as_a_sphere():
+    position = [[0.09, 0.5, 0.5], [0.15, 0.5, 0.5]]
+    check = check_bed(make_bed(position, 0.1, box_container([0, 0, 0], [1, 1, 1]), body_index=[0, 0]))
+    assert check.overlap_count == 0
+    assert check.wall_overlap_max == pytest.approx(0.1)
+    assert check.worst_wall_sphere == 0

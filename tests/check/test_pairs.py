@@ -69,3 +69,31 @@ def test_touching_spheres_of_very_different_size_are_a_pair():
 def test_spheres_that_are_apart_are_no_pair(gap_fraction):
     position = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.02]])
     assert collected(position, np.array([1.0, 1.0]), gap_fraction) == []
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**32 - 1), ratio=st.sampled_from([1.0, 8.0]), periodic=st.booleans())
+def test_pairs_within_a_body_are_left_out_and_no_others(seed, ratio, periodic):
+    rng = np.random.default_rng(seed)
+    position, radius = rng.uniform(0.0, 2.0, (40, 3)), 0.3 * rng.uniform(1.0 / ratio, 1.0, 40)
+    body = rng.integers(0, 10, 40).astype(np.int32)
+    period = (2.0, None, 2.0) if periodic else (None, None, None)
+    pieces = list(near_pairs(position, radius, gap_fraction=0.05, period=period, body_index=body))
+    got = sorted(
+        pair
+        for piece in pieces
+        for pair in zip(
+            np.minimum(piece.first, piece.second).tolist(),
+            np.maximum(piece.first, piece.second).tolist(),
+            piece.gap.tolist(),
+            strict=True,
+        )
+    )
+    wanted = [pair for pair in collected(position, radius, 0.05, period) if body[pair[0]] != body[pair[1]]]
+    assert_same(got, wanted)
+
+
+def test_a_sphere_that_meets_its_own_image_is_a_pair_whatever_its_body():
+    position, radius = np.array([[0.5, 0.5, 0.5]]), np.array([0.3])
+    pieces = list(near_pairs(position, radius, period=(0.5, None, None), body_index=np.zeros(1, np.int32)))
+    assert [piece.gap.tolist() for piece in pieces] == [pytest.approx([-0.1])]

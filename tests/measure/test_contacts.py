@@ -34,3 +34,12 @@ def test_walls_are_counted_apart():
 def test_an_empty_bed_has_no_contacts():
     empty = make_bed(np.empty((0, 3)), 0.1, box_container([0, 0, 0], [1, 1, 1]))
     assert [entry.mean for entry in contacts(empty)] == [0, 0, 0, 0]
+
+
+def test_spheres_of_one_body_are_not_in_contact_with_each_other():
+    container = box_container([-9, -9, -9], [9, 9, 9])
+    row = [[0, 0, 0], [0, 0, 1.5], [0, 0, 3.5]]
+    touching = contacts(make_bed(row, 1.0, container, body_index=[0, 0, 1]))[0]
+    assert touching.mean == pytest.approx(2 / 3)
+    assert touching.spread == (1, 2)
+    assert contacts(make_bed(row, 1.0, container))[0].mean == pytest.approx(4 / 3)

@@ -62,3 +62,12 @@ def test_a_centre_outside_is_counted():
 
 def test_an_empty_bed_has_no_forces():
     assert predicted_forces(make_bed([], 1.0, box_container((0, 0, 0), (1, 1, 1)))).force_max == 0
+
+
+def test_spheres_of_one_body_do_not_press_on_each_other():
+    container = box_container((0, 0, 0), (20, 5, 5))
+    row = [[4, 2, 2], [5, 2, 2], [6.99, 2, 2]]
+    forces = predicted_forces(make_bed(row, 1.0, container, body_index=[0, 0, 1]))
+    assert forces.pair_count == 1
+    assert sorted(forces.worst_pair) == [1, 2]
+    assert predicted_forces(make_bed(row, 1.0, container)).pair_count == 2

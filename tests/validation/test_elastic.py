@@ -113,3 +113,12 @@ def test_a_run_that_the_budget_cut_short_is_not_judged_and_no_run_at_all_is_miss
         assert report.as_dict()["gravity_run"]["judged"] is not passed
     enough = replace(report, gravity_run=replace(report.gravity_run, steps=25, steps_wanted=100))
     assert [row.verdict for row in enough.rows() if row.quantity in moved] == ["", ""]
+
+
+def test_an_overlap_within_a_body_is_no_sinking():
+    position = np.array([[0.5, 0.5, 0.1], [0.5, 0.5, 0.2], [0.5, 0.5, 0.399]])
+    bed = make_bed(position, 0.1, box_container((0, 0, 0), (1, 1, 1)), body_index=[0, 0, 1])
+    assert elastic_sinking(bed, position, np.arange(3)) == pytest.approx([0, 0, 0.001])
+    # Of the spheres that are left the bodies are told by their rows in the bed.
+    left = elastic_sinking(bed, position[1:], np.array([1, 2]))
+    assert left == pytest.approx([0, 0.001])

@@ -12,8 +12,8 @@ from packgen.arrange.collective.plan import LayerPlan
 from packgen.arrange.collective.surface import Surface
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.spheres import joined
+from packgen.bodies import whole_bodies
 from packgen.portable import cube
-from packgen.supply.supply import Draw
 
 STALLED_SHARE = 0.02
 STALLED_MAX = 3
@@ -84,6 +84,7 @@ class _Layers:
         moving, fixed = joined([zone.newcomers(start, draw, batch), front[reopened]]), front[~reopened]
         position, kept = zone.settled(moving, fixed, self.recipe)
         kept &= surface.above_buried(position, moving.radius)
+        kept = whole_bodies(kept, moving.body_index)
         settled, thrown = replace(moving, position=position)[kept], moving[~kept]
         volume = float(np.sum(cube(settled.radius)) - np.sum(cube(front.radius[reopened])))
         gained = volume / float(np.sum(cube(draw.radius))) if tried else min(volume, 0.0)
@@ -92,8 +93,7 @@ class _Layers:
             # A layer that removes more volume than it adds is discarded, too.
             zone.supply.put_back(draw)
             return (1.0 if overfull else 0.0), tried, tried
-        if len(thrown):
-            zone.supply.put_back(Draw(thrown.radius, thrown.set_index))
+        zone.put_back(thrown)
         zone.pile.front = joined([fixed, settled])
         surface.started = surface.started or gained > 0.0
         if not surface.started:

@@ -17,6 +17,7 @@ from packgen.arrange.collective.starts import assign_starts
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.spheres import Spheres, joined
 from packgen.arrays import Float64Array
+from packgen.bodies import whole_bodies
 from packgen.distributions import UNIT_VOLUME
 from packgen.portable import cube, octaves
 from packgen.supply.supply import Draw
@@ -102,13 +103,14 @@ class _Cell:
         start, draw = self._starts(draw, front, crowded=bool(own.any()))
         moving = joined([zone.newcomers(start, draw, batch), front[own]])
         position, kept = zone.settled(moving, front[~own], self.recipe)
+        kept = whole_bodies(kept, moving.body_index)
         gained = int(kept.sum()) - int(own.sum())
         if gained <= 0:
             # No net gain: the round is discarded.
             self.supply.put_back(draw)
             return 0
         parted = replace(moving, position=position)
-        self.supply.put_back(Draw(moving.radius[~kept], moving.set_index[~kept]))
+        zone.put_back(moving[~kept])
         zone.pile.front = joined([front[~own], parted[kept]])
         self.solid += _volume(moving.radius[kept]) - _volume(front.radius[own])
         return gained

@@ -53,7 +53,7 @@ class OpenZone:
         """Return spheres of this zone at their start positions [m], shape (n, 3)."""
         count = len(draw.radius)
         zone, batches = np.full(count, self.index, np.int32), np.full(count, batch, np.int32)
-        return Spheres(start, draw.radius, draw.set_index, zone, batches)
+        return Spheres(start, draw.radius, draw.set_index, zone, batches, draw.body_index)
 
     def settled(self, moving: Spheres, fixed: Spheres, recipe: Recipe) -> tuple[Float64Array, BoolArray]:
         """Arrange spheres among fixed ones; return their centres [m], (n, 3), and who found a place, (n,)."""
@@ -62,7 +62,12 @@ class OpenZone:
         ball[: len(moving), 3], ball[len(moving) :, 3] = moving.radius, fixed.radius
         region = self.region
         position, kept = settle(
-            ball, len(moving), region.walls, region.down, recipe, self.stats, device=self.device
-        )
-        kept &= region.holds(position)
-        return position, kept
+            ball, len(moving), region.walls, region.down, recipe, self.stats, device=self.device,
+            body_index=moving.body_index,
+        )  # fmt: skip
+        return position, kept & region.holds(position)
+
+    def put_back(self, spheres: Spheres) -> None:
+        """Return spheres that found no place to the supply."""
+        if len(spheres):
+            self.supply.put_back(Draw(spheres.radius, spheres.set_index, spheres.body_index))

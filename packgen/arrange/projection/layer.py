@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.projection.recipe import Step
 from packgen.arrange.space.walls import WallTable
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 
 
 class Layer(Protocol):
@@ -45,12 +45,23 @@ class Layer(Protocol):
         """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
 
 
-def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str) -> Layer:
-    """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides."""
+def make_layer(
+    ball: Float64Array, moving: int, walls: WallTable, device: str, body_index: Int32Array | None = None
+) -> Layer:
+    """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides.
+
+    Args:
+        ball: Centres and arranged radii [m], shape (N, 4); the first ``moving`` move.
+        moving: How many move.
+        walls: What bounds the moving ones.
+        device: ``cpu``, or a device of torch.
+        body_index: Body of each moving sphere, shape (moving,); the layer leaves pairs of one body out of its
+            lists, so that they neither part nor are blamed. None: each sphere is a body.
+    """
     if device == "cpu":
         from packgen.arrange.projection.numba_layer import FusedLayer
 
-        return FusedLayer(ball, moving, walls)
+        return FusedLayer(ball, moving, walls, body_index)
     from packgen.arrange.projection.torch_layer import PlainLayer
 
-    return PlainLayer(ball, moving, walls, device)
+    return PlainLayer(ball, moving, walls, device, body_index)

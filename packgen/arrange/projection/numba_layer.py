@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import cell_keys, fill_list, gather, level_grids
 from packgen.arrange.neighbors.seam_pairs import SeamPairs, no_pairs, seam_pairs
-from packgen.arrange.projection.pair_rules import list_reach, push_lightness
+from packgen.arrange.projection.pair_rules import list_reach, pairs_to_part, push_lightness
 from packgen.arrange.projection.recipe import Step
 from packgen.arrange.projection.sweep_kernels import sphere_overlaps, sweep
 from packgen.arrange.space.map_kernels import wall_candidates
@@ -26,6 +26,7 @@ class FusedLayer:
         ball: Centres and arranged radii [m], shape (N, 4); the first ``moving`` move.
         moving: How many move.
         walls: What bounds the moving ones, and where space wraps around.
+        body_index: Body of each sphere that moved at first, in the order given; None: each sphere is a body.
         previous: Centres of the moving spheres one sweep ago [m], shape (moving, 3).
         identity: Place of each moving sphere in the order given, shape (moving,).
         reference: Mean radius of the moving spheres [m].
@@ -35,6 +36,7 @@ class FusedLayer:
     ball: Float64Array
     moving: int
     walls: WallTable
+    body_index: Int32Array | None = None
     previous: Float64Array = field(init=False)
     identity: Int64Array = field(init=False)
     reference: float = field(init=False)
@@ -98,8 +100,20 @@ class FusedLayer:
         self.anchor = self.ball[:moving, :3].copy()
         self.lightness = push_lightness(self.ball[:, 3], moving, self.reference)
         self.owner = np.repeat(np.arange(self.owners, dtype=np.int32), np.diff(self.begin))
+        if self.body_index is not None:
+            self._leave_out_bodies(self.body_index)
         self.touching = np.empty(len(self.owner) + 1, np.int32)
         self.shift = np.empty((len(self.ball), 3))
+
+    def _leave_out_bodies(self, body_index: Int32Array) -> None:
+        """Take the pairs of one body out of the lists: its spheres may overlap each other."""
+        other, seam, count = self.neighbor[: len(self.owner)], self.seam, len(self.ball)
+        apart = pairs_to_part(self.owner, other, body_index, self.identity, count)
+        self.neighbor[: np.count_nonzero(apart)] = other[apart]
+        self.owner = self.owner[apart]
+        self.begin = np.searchsorted(self.owner, np.arange(self.owners + 1))
+        apart = pairs_to_part(seam.first, seam.second, body_index, self.identity, count)
+        self.seam = SeamPairs(seam.first[apart], seam.second[apart], seam.offset[apart])
 
     def _wrap(self) -> None:
         if self.walls.seams.wraps:

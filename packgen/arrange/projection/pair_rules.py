@@ -1,10 +1,11 @@
-"""How two overlapping spheres share the way that parts them."""
+"""Which pairs of spheres a layer lists, and how two that overlap share the way that parts them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrays import Float64Array
+from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
+from packgen.bodies import in_two_bodies
 
 
 def push_lightness(radius: Float64Array, moving: int, reference: float) -> Float64Array:
@@ -51,3 +52,27 @@ def list_reach(radius: Float64Array, moving: int, skin: float, reference: float)
     reach = radius.copy()
     reach[:moving] += 0.5 * skin * np.sqrt(reference * radius[:moving])
     return reach
+
+
+def pairs_to_part(
+    first: Int32Array | Int64Array,
+    second: Int32Array | Int64Array,
+    body_index: Int32Array,
+    identity: Int64Array,
+    count: int,
+) -> BoolArray:
+    """Return which pairs of a layer may not overlap: those of two bodies.
+
+    Args:
+        first: One sphere of each pair in the layer's own order, shape (P,).
+        second: The other one, shape (P,).
+        body_index: Body of each moving sphere in the order given.
+        identity: Place of each moving sphere in the order given, shape (moving,).
+        count: How many spheres the layer has; fixed ones come last, and are of no body that moves.
+
+    Returns:
+        Which pairs, shape (P,), bool.
+    """
+    body = np.full(count, np.iinfo(np.int64).min)
+    body[: len(identity)] = body_index[identity]
+    return in_two_bodies(first, second, body)

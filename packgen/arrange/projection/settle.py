@@ -15,7 +15,8 @@ from packgen.arrange.projection.layer import Layer, make_layer
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.throw_back import throw_back
 from packgen.arrange.space.walls import WallTable
-from packgen.arrays import Float64Array
+from packgen.arrays import Float64Array, Int32Array
+from packgen.bodies import whole_bodies
 from packgen.portable import cube, whole_power
 
 
@@ -38,6 +39,7 @@ def settle(
     stats: SettleStats | None = None,
     sink: bool = True,
     device: str = "cpu",
+    body_index: Int32Array | None = None,
 ) -> tuple[Float64Array, NDArray[np.bool_]]:
     """Arrange a layer.
 
@@ -50,19 +52,22 @@ def settle(
         stats: Counters to add to.
         sink: False leaves the sinking out: overlaps are parted, nothing falls.
         device: ``cpu`` for the fused loops, any other torch device for plain torch (``torch``: on the CPU).
+        body_index: Body of each moving sphere, shape (moving,); a body finds a place as a whole or not at
+            all. Its spheres may overlap each other, and move each for itself. None: each sphere is a body.
 
     Returns:
         (centres of the moving spheres [m], shape (moving, 3); which of them found a place, shape (moving,)).
-        Those that did overlap nothing, neither each other nor a fixed sphere nor a wall.
+        Those that did overlap nothing, neither each other nor a fixed sphere nor a wall, but for others of
+        their body.
     """
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
-    layer = make_layer(arranged, moving, walls, device)
+    layer = make_layer(arranged, moving, walls, device, body_index)
     radius = arranged[:moving, 3]
     reference = float(np.mean(radius)) if moving else 0.0
     if sink and moving:
         recipe = recipe.of_sizes(float(np.sum(whole_power(radius, 4)) / np.sum(cube(radius))) / reference)
-    _relax(layer, reference, down, recipe, stats or SettleStats(), sink)
+    _relax(layer, reference, down, recipe, stats or SettleStats(), sink, body_index)
     position = ball[:moving, :3].copy()
     found = layer.positions()
     still_in = ~np.isnan(found[:, 0])
@@ -70,11 +75,17 @@ def settle(
     kept = np.zeros(moving, bool)
     kept[place] = True
     position[place] = found[still_in]
-    return position, kept
+    return position, whole_bodies(kept, body_index)
 
 
 def _relax(
-    layer: Layer, reference: float, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool
+    layer: Layer,
+    reference: float,
+    down: Float64Array,
+    recipe: Recipe,
+    stats: SettleStats,
+    sink: bool,
+    body_index: Int32Array | None,
 ) -> None:
     stats.moving += layer.moving
     number = 0 if sink else recipe.part_first
@@ -105,6 +116,6 @@ def _relax(
         if largest <= least and not sinking:
             return
         if limit is not None:
-            stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe)
+            stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe, body_index)
             if np.isnan(layer.positions()[:, 0]).all():
                 return  # nothing fits here: of no sphere at all there is no list to make

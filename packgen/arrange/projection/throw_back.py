@@ -9,12 +9,15 @@ from scipy.spatial import cKDTree
 
 from packgen.arrange.projection.layer import Layer
 from packgen.arrange.projection.recipe import Recipe
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.bodies import touched_bodies
 from packgen.portable import octaves
 
 
-def throw_back(layer: Layer, blame: Float64Array, limit: float, recipe: Recipe) -> int:
-    """Take spheres out of the layer that overlap by more than a limit.
+def throw_back(
+    layer: Layer, blame: Float64Array, limit: float, recipe: Recipe, body_index: Int32Array | None = None
+) -> int:
+    """Take spheres out of the layer that overlap by more than a limit, and with each its whole body.
 
     Of several that are squeezed together only the worst: its place is often enough for the others.
 
@@ -23,6 +26,8 @@ def throw_back(layer: Layer, blame: Float64Array, limit: float, recipe: Recipe) 
         blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (moving,).
         limit: Overlap above which a sphere has to go.
         recipe: Constants.
+        body_index: Body of each sphere in the order in which the layer was given them; None: each sphere is a
+            body.
 
     Returns:
         How many were taken out.
@@ -38,6 +43,8 @@ def throw_back(layer: Layer, blame: Float64Array, limit: float, recipe: Recipe) 
     most = math.ceil(recipe.throw_share * layer.moving)
     chosen = np.zeros(len(blame), bool)
     chosen[out[np.argsort(-blame[out], kind="stable")[:most]]] = True
+    if body_index is not None:
+        chosen = touched_bodies(chosen, body_index[layer.identity])
     layer.take_out(chosen)
     return int(chosen.sum())
 

@@ -9,20 +9,28 @@ from torch import Tensor
 
 from packgen.arrange.neighbors.seam_pairs import images
 from packgen.arrange.neighbors.torch_pairs import neighbor_pairs, neighbor_pairs_between
-from packgen.arrange.projection.pair_rules import list_reach, push_lightness
+from packgen.arrange.projection.pair_rules import list_reach, pairs_to_part, push_lightness
 from packgen.arrange.projection.push_kernels import PARTING_X, PARTING_Y
 from packgen.arrange.projection.recipe import Step
 from packgen.arrange.projection.sweep_kernels import GRAIN_PUSH
 from packgen.arrange.space.map_kernels import wall_candidates
 from packgen.arrange.space.torch_features import feature_gaps
 from packgen.arrange.space.walls import WallTable
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 
 
 class PlainLayer:
     """The spheres being arranged, as tensors; see ``projection.Layer`` for what its methods do."""
 
-    def __init__(self, ball: Float64Array, moving: int, walls: WallTable, device: str) -> None:
+    def __init__(
+        self,
+        ball: Float64Array,
+        moving: int,
+        walls: WallTable,
+        device: str,
+        body_index: Int32Array | None = None,
+    ) -> None:
+        self.body_index = body_index
         self.device = "cpu" if device == "torch" else device
         self.ball = torch.as_tensor(ball, device=self.device).clone()
         self.moving = moving
@@ -47,6 +55,8 @@ class PlainLayer:
         self.offset = torch.zeros((1, 3), dtype=torch.float64, device=self.device)
         if self.walls.seams.wraps:
             self._list_seams(reach)
+        if self.body_index is not None:
+            self._leave_out_bodies(self.body_index)
         self.anchor = position[:moving].clone()
         lightness = push_lightness(radius.cpu().numpy(), moving, self._reference)
         self.lightness = torch.as_tensor(lightness, device=self.device)
@@ -78,6 +88,14 @@ class PlainLayer:
         wanted = first < self.moving
         self.offset = torch.cat([self.offset.expand(len(self.pairs), 3), offset[wanted]])
         self.pairs = torch.cat([self.pairs, torch.stack([first, second], dim=1)[wanted]])
+
+    def _leave_out_bodies(self, body_index: Int32Array) -> None:
+        """Take the pairs of one body out of the list: its spheres may overlap each other."""
+        first, second = self.pairs.cpu().numpy().T
+        wanted = pairs_to_part(first, second, body_index, self.identity, len(self.ball))
+        apart = torch.as_tensor(wanted, device=self.device)
+        self.offset = self.offset.expand(len(self.pairs), 3)[apart]
+        self.pairs = self.pairs[apart]
 
     def _list_walls(self) -> None:
         ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())

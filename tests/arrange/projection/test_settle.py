@@ -10,6 +10,7 @@ import pytest
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.settle import SettleStats, settle
 from packgen.arrange.projection.throw_back import squeezed_pairs, throw_back
+from packgen.arrange.space.seams import Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
 
@@ -151,6 +152,7 @@ class Crowd:
 
     def __init__(self, position, radius=1.0):
         self.position, self.moving, self.out = position, len(position), None
+        self.identity = np.arange(self.moving)
         self.radius = np.full(len(position), radius)
 
     def positions(self):
@@ -195,3 +197,80 @@ def test_squeezed_pairs_are_those_nearer_than_two_sums_of_radii():
     assert len(found) == near.sum() > 300
     assert near[tuple(found.T)].all()
     assert len(np.unique(found, axis=0)) == len(found)
+
+
+def test_with_a_sphere_its_whole_body_is_thrown_back():
+    crowd = Crowd(np.array([[0.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0], [90.0, 0, 0]]))
+    blame, recipe = np.array([0.0, 0.2, 0.0, 0.0]), dataclasses.replace(Recipe(), throw_share=1.0)
+    # The layer's own order is not that in which the bodies were given.
+    crowd.identity = np.array([3, 0, 1, 2])
+    assert throw_back(crowd, blame, 0.01, recipe, np.array([7, 4, 4, 7], np.int32)) == 2
+    assert np.flatnonzero(crowd.out).tolist() == [0, 1]
+
+
+def pairs_of_bodies(count, radius=0.05):
+    """Bodies of two spheres 1.5 radii apart, and their column."""
+    one = crowd(count, 1, radius, radius)
+    other = one + 1.5 * radius * np.array([1.0, 0.0, 0.0, 0.0])
+    return np.stack([one, other], axis=1).reshape(-1, 4), np.repeat(np.arange(count, dtype=np.int32), 2)
+
+
+@pytest.mark.parametrize("device", ["cpu", "torch"])
+@pytest.mark.parametrize("sink", [True, False])
+def test_spheres_of_one_body_may_overlap_and_those_of_two_may_not(sink, device):
+    ball, body = pairs_of_bodies(12)
+    stats = SettleStats()
+    position, kept = settle(ball, 24, CUBE, DOWN, Recipe(), stats, sink, device, body)
+    assert kept.all()
+    assert stats.thrown_back == 0
+    first, second = np.triu_indices(24, 1)
+    within = body[first] == body[second]
+    overlap = depths(position, ball[:, 3])
+    assert overlap[~within].max() <= TOLERANCE
+    assert overlap[within].max() > 0.1
+
+
+def test_two_spheres_in_one_place_stay_there_where_they_are_one_body():
+    ball = np.array([[0.5, 0.5, 0.5, 0.1], [0.5, 0.5, 0.52, 0.1], [0.5, 0.5, 0.1, 0.1]])
+    body = np.array([0, 0, 1], np.int32)
+    position, kept = settle(ball, 2, CUBE, DOWN, Recipe(), sink=False, body_index=body[:2])
+    assert kept.all()
+    assert np.array_equal(position, ball[:2, :3])
+
+
+def test_pairs_of_one_body_are_lawful_across_a_seam_too():
+    seams = Seams(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    walls = wall_table([Box([0, 0, 0], [1, 1, 1])], np.array([[0.0] * 3, [1.0] * 3]), 0.1, seams)
+    ball = np.array([[0.02, 0.5, 0.5, 0.1], [0.98, 0.5, 0.5, 0.1]])
+    for device in ("cpu", "torch"):
+        position, kept = settle(
+            ball, 2, walls, DOWN, Recipe(), sink=False, device=device, body_index=np.zeros(2, np.int32)
+        )
+        assert kept.all()
+        assert np.array_equal(position, ball[:, :3])
+
+
+def test_a_body_with_nowhere_to_go_is_thrown_back_as_a_whole():
+    cage = np.array([[*(0.5 + 0.11 * np.array(d)), 0.06] for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)])
+    cage[:, :3] -= 0.11
+    ball = np.concatenate([[[0.5, 0.5, 0.5, 0.09], [0.5, 0.5, 0.9, 0.05], [0.2, 0.2, 0.9, 0.05]], cage])
+    position, kept = settle(ball, 3, CUBE, DOWN, Recipe(), body_index=np.array([0, 0, 1], np.int32))
+    assert kept.tolist() == [False, False, True]
+    assert np.isfinite(position).all()
+
+
+def test_a_crowd_of_bodies_loses_none_in_part():
+    # Too many even where the two of each body lie in one place: a solid fraction of 0.75.
+    ball, body = pairs_of_bodies(350, 0.08)
+    stats = SettleStats()
+    _, kept = settle(ball, 700, CUBE, DOWN, Recipe(), stats, body_index=body)
+    assert np.array_equal(kept[::2], kept[1::2])
+    assert 0 < kept.sum() < 700
+    assert stats.thrown_back == 700 - kept.sum()
+
+
+def test_bodies_of_one_sphere_settle_as_spheres_do():
+    plain = settle(crowd(200), 200, CUBE, DOWN, Recipe())
+    single = settle(crowd(200), 200, CUBE, DOWN, Recipe(), body_index=np.arange(200, dtype=np.int32))
+    assert np.array_equal(plain[0], single[0])
+    assert np.array_equal(plain[1], single[1])
