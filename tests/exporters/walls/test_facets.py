@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from exporters.walls.facets import facets as walls
-from exporters.walls.facets import slivers
+from exporters.walls import facets as walls
+from exporters.walls import slivers
 from packgen.bed import Ball, Box, Cone, Mesh, Surface
 from packgen.errors import ExportError
 from tests import container_meshes as meshes
