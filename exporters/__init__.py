@@ -1,8 +1,11 @@
 """The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
 
-An exporter knows the bed and the errors of packgen, nothing else of it. Third parties add one through the
-entry-point group ``packgen.exporters``: the entry point's name is the name on the command line, its object
-anything that has the three attributes, a module for example. Ours win over a plug-in of the same name.
+A module may also have ``check_outlook(outlook, options)``, which refuses a scene before the run, and
+``IS_DECK``; see ``exporters.protocol``.
+
+An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
+through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
+its object anything that has the attributes, a module for example. Ours win over a plug-in of the same name.
 
 Example::
 
@@ -12,16 +15,18 @@ Example::
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
-from packgen.bed import Bed
+from exporters.protocol import Exporter, Outlook
 from packgen.errors import ExportError
 
-__all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "get", "names"]
+__all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "Outlook", "get", "names"]
 
 ENTRY_POINT_GROUP = "packgen.exporters"
 BUILTIN = MappingProxyType(
@@ -43,19 +48,15 @@ BUILTIN = MappingProxyType(
 )
 
 
-class Exporter(Protocol):
-    """What a format's module offers."""
+@dataclass(frozen=True, slots=True)
+class _Complete:
+    """An exporter with all that the protocol has."""
 
     NAME: str
     Options: type[Any]
-
-    def write(self, bed: Bed, folder: Path, options: Any) -> list[Path]:
-        """Write ``bed`` into ``folder``, an existing directory, and return the paths of the files.
-
-        Raises:
-            ExportError: The format cannot take this bed.
-        """
-        ...
+    write: Callable[..., list[Path]]
+    check_outlook: Callable[..., None]
+    IS_DECK: bool
 
 
 def names() -> tuple[str, ...]:
@@ -64,13 +65,13 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> Exporter:
-    """Return the exporter called ``name``.
+    """Return the exporter called ``name``, complete: what it may leave out is filled in.
 
     Raises:
         ExportError: There is none of that name, or the plug-in that offers it cannot be loaded.
     """
     if name in BUILTIN:
-        return cast("Exporter", import_module(BUILTIN[name]))
+        return _completed(import_module(BUILTIN[name]))
     plugin = _plugins().get(name)
     if plugin is None:
         raise ExportError(f"export: no exporter is called {name!r}; there are {', '.join(names())}")
@@ -81,7 +82,17 @@ def get(name: str) -> Exporter:
     missing = [each for each in ("NAME", "Options", "write") if not hasattr(exporter, each)]
     if missing:
         raise ExportError(f"export: the plug-in {name!r} ({plugin.value}) has no {', '.join(missing)}")
-    return cast("Exporter", exporter)
+    return _completed(exporter)
+
+
+def _completed(exporter: Any) -> Exporter:
+    check = getattr(exporter, "check_outlook", _accept)
+    is_deck = bool(getattr(exporter, "IS_DECK", False))
+    return cast("Exporter", _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck))
+
+
+def _accept(_outlook: Outlook, _options: Any) -> None:
+    """Refuse nothing."""
 
 
 def _plugins() -> dict[str, EntryPoint]:

@@ -14,17 +14,18 @@ import numpy as np
 from pydantic import Field
 
 from exporters import liggghts
+from exporters.protocol import Outlook
 from exporters.shared import deck, lengths
 from packgen.bed import Bed
 from packgen.errors import ExportError
 
 NAME = "cfdem"
+IS_DECK = True
 TEMPLATES = {
     "DEM/in.liggghts_init": "cfdem/in.liggghts_init.j2",
     "DEM/in.liggghts_run": "cfdem/in.liggghts_run.j2",
     "parDEMrun.sh": "cfdem/parDEMrun.sh.j2",
 }
-check_materials = liggghts.check_materials
 
 
 class Options(liggghts.Options):
@@ -44,13 +45,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         ExportError: LIGGGHTS cannot take the bed, or not in metres.
     """
     deck.check_exportable(bed, NAME)
-    if liggghts.length_unit(bed, options) != 1.0:
-        size = np.ptp(bed.container.bounds, axis=0).max()
-        raise ExportError(
-            f"cfdem: found a container of {size:.3g} m, expected {lengths.MESH_SIZE_MIN:g} to"
-            f" {lengths.MESH_SIZE_MAX:g} m: LIGGGHTS' mesh walls want other units there, and CFD has metres;"
-            " scale the scene, or take a box or an upright cylinder, whose walls are no mesh"
-        )
+    _check_size(bed, options)
     (folder / "DEM").mkdir(exist_ok=True)
     paths = liggghts.write(bed, folder / "DEM", options)
     values = liggghts.deck_values(bed, options) | {
@@ -61,3 +56,24 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         paths.append(deck.write_text(folder / name, deck.render(template, values, options.templates)))
     (folder / "parDEMrun.sh").chmod(0o755)
     return paths
+
+
+def check_outlook(outlook: Outlook, options: Options) -> None:
+    """Refuse a scene whose beds LIGGGHTS cannot take, or not in metres.
+
+    Raises:
+        ExportError: LIGGGHTS refuses it, or the container is too small or too large.
+    """
+    with outlook.placed("container"):
+        _check_size(outlook, options)
+    liggghts.check_outlook(outlook, options)
+
+
+def _check_size(bed: Bed | Outlook, options: Options) -> None:
+    if liggghts.length_unit(bed, options) != 1.0:
+        size = np.ptp(bed.container.bounds, axis=0).max()
+        raise ExportError(
+            f"cfdem: found a container of {size:.3g} m, expected {lengths.MESH_SIZE_MIN:g} to"
+            f" {lengths.MESH_SIZE_MAX:g} m: LIGGGHTS' mesh walls want other units there, and CFD has metres;"
+            " scale the scene, or take a box or an upright cylinder, whose walls are no mesh"
+        )

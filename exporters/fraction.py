@@ -23,6 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, FilePath, model_validator
 
 from exporters.fields import grid_cells as cells
 from exporters.fields import mesh_cells as meshcells
+from exporters.protocol import Outlook
 from exporters.shared import deck, table, vtkxml
 from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
@@ -91,14 +92,35 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     return paths
 
 
+def check_outlook(outlook: Outlook, options: Options) -> None:
+    """Refuse a grid of too many cells, and a mesh that is none or stands beside the container.
+
+    Raises:
+        ExportError: The options or the container make it so.
+    """
+    bounds = outlook.container.bounds
+    if options.mesh is not None:
+        points, _ = _read_mesh(options.mesh, options.scale)
+        if (points.max(axis=0) <= bounds[0]).any() or (points.min(axis=0) >= bounds[1]).any():
+            raise _beside(options.mesh, points, bounds)
+    elif options.cell_size is not None:
+        _grid(bounds, options.cell_size)
+    else:  # the cells are largest where all spheres are
+        _grid(bounds, CELL_DIAMETERS * 2 * outlook.radius_max)
+
+
 def choose_grid(bed: Bed, cell_size: float | None) -> Grid:
     """Return a grid of about cubic cells over the container.
 
     Raises:
         ExportError: It would have more than `CELLS_MAX` cells.
     """
-    low, high = bed.container.bounds
     size = CELL_DIAMETERS * 2 * float(bed.radius.mean()) if cell_size is None else cell_size
+    return _grid(bed.container.bounds, size)
+
+
+def _grid(bounds: Float64Array, size: float) -> Grid:
+    low, high = bounds
     count = np.maximum(1, np.ceil((high - low) / size * (1 - 1e-12)))
     if count.prod() > CELLS_MAX:
         raise ExportError(
@@ -147,6 +169,21 @@ def mesh_field(position: Float64Array, radius: Float64Array, path: Path, scale: 
     Raises:
         ExportError: The mesh cannot be read, has cells of another kind, or one without volume.
     """
+    points, blocks = _read_mesh(path, scale)
+    try:
+        both = [meshcells.mesh_volumes(position, radius, kind, points[cells]) for kind, cells in blocks]
+    except ValueError as error:
+        raise ExportError(f"{NAME}: mesh: {path}: {error}; mend the mesh") from error
+    volume, of_cell = (np.concatenate([each[part] for each in both]) for part in range(2))
+    return MeshField(points, blocks, volume, of_cell)
+
+
+def _read_mesh(path: Path, scale: float) -> tuple[Float64Array, list[tuple[str, NDArray[np.int64]]]]:
+    """Return the points [m], shape (P, 3), and the kind and points of the cells, block by block.
+
+    Raises:
+        ExportError: The mesh cannot be read, or has cells of another kind.
+    """
     import meshio
 
     try:
@@ -162,12 +199,7 @@ def mesh_field(position: Float64Array, radius: Float64Array, path: Path, scale: 
         known = ", ".join(meshcells.FACES)
         raise ExportError(f"{NAME}: mesh: {path} has {found}, expected {known}; split other cells first")
     points = np.asarray(mesh.points, dtype=np.float64) * scale
-    try:
-        both = [meshcells.mesh_volumes(position, radius, block.type, points[block.data]) for block in blocks]
-    except ValueError as error:
-        raise ExportError(f"{NAME}: mesh: {path}: {error}; mend the mesh") from error
-    volume, of_cell = (np.concatenate([each[part] for each in both]) for part in range(2))
-    return MeshField(points, [(block.type, block.data) for block in blocks], volume, of_cell)
+    return points, [(block.type, block.data) for block in blocks]
 
 
 def solid_volume(bed: Bed) -> float:
@@ -184,14 +216,17 @@ def _check_share(path: Path, field: MeshField, bed: Bed) -> None:
             "there twice, or reach beyond a periodic side; mend the mesh"
         )
     if share == 0:
-        low, high = (
-            np.array2string(each, precision=4) for each in (field.points.min(0), field.points.max(0))
-        )
-        raise ExportError(
-            f"{NAME}: mesh: {path}: no sphere is in it: it goes from {low} to {high} m, the container from "
-            f"{np.array2string(bed.container.bounds[0], precision=4)} to "
-            f"{np.array2string(bed.container.bounds[1], precision=4)} m; is fraction.scale right?"
-        )
+        raise _beside(path, field.points, bed.container.bounds)
+
+
+def _beside(path: Path, points: Float64Array, bounds: Float64Array) -> ExportError:
+    low, high, container_low, container_high = (
+        np.array2string(each, precision=4) for each in (points.min(0), points.max(0), *bounds)
+    )
+    return ExportError(
+        f"{NAME}: mesh: {path}: no sphere is in it: it goes from {low} to {high} m, the container from "
+        f"{container_low} to {container_high} m; is fraction.scale right?"
+    )
 
 
 def _tidy(solid: Float64Array) -> Float64Array:

@@ -17,12 +17,14 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, particulate
 from exporters.walls import facets as walls
 from exporters.walls import lammps_regions as lammps_walls
-from packgen.bed import Bed, Material
+from packgen.bed import Bed
 
 NAME = "lammps"
+IS_DECK = True
 NEIGHBORS_ONE = 2000  # LAMMPS' own most neighbours of a sphere
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
 
@@ -49,7 +51,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     deck.check_exportable(bed, NAME)
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
-    check_materials(types.materials)
+    particulate.check_materials(NAME, types.materials)
     regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
     box = lammps_data.simulation_box(bed, open_top=open_top)
     values = _values(bed, types, box, options) | {"regions": regions}
@@ -59,13 +61,18 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     ]
 
 
-def check_materials(materials: tuple[Material, ...]) -> None:
-    """Refuse materials that LAMMPS refuses, all at once.
+def check_outlook(outlook: Outlook, options: Options) -> None:
+    """Refuse a scene whose beds LAMMPS cannot take.
 
     Raises:
-        ExportError: A value is out of range; the message gives material, value and range.
+        ExportError: A material is outside the limits, the container is none that LAMMPS has walls for, or the
+            user's folder of templates does not exist.
     """
-    particulate.check_materials(NAME, materials)
+    deck.check_templates(options.templates)
+    particulate.check_materials(NAME, outlook.materials, place=outlook.place)
+    if walls.has_wall(outlook):
+        with outlook.placed("container"):
+            lammps_walls.wall_regions(outlook.container)
 
 
 def _values(

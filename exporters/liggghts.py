@@ -19,13 +19,15 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, lengths, particulate
 from exporters.walls import facets as walls
 from exporters.walls.stl import write_stl
-from packgen.bed import Bed, Material
+from packgen.bed import Bed
 from packgen.errors import ExportError
 
 NAME = "liggghts"
+IS_DECK = True
 YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
 YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
 RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
@@ -61,7 +63,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     deck.check_exportable(bed, NAME)
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
-    check_materials(types.materials)
+    particulate.check_materials(NAME, types.materials, restitution_min=RESTITUTION_MIN)
     unit = length_unit(bed, options)
     bed = lengths.in_unit(bed, unit)
     facets = walls.wall_facets(bed.container) if has_wall else None
@@ -85,22 +87,37 @@ def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
     return _values(bed, types, walls.wall_facets(bed.container) if has_wall else None, options)
 
 
-def length_unit(bed: Bed, options: Options) -> float:
+def length_unit(bed: Bed | Outlook, options: Options) -> float:
     """Return the unit of length [m] of a bed's deck: 1 but for meshes that LIGGGHTS does not take."""
-    has_mesh = walls.has_wall(bed) and _primitives(bed, options) is None
-    return lengths.mesh_unit(bed.container) if has_mesh else 1.0
+    return lengths.mesh_unit(bed.container) if _has_mesh(bed, options) else 1.0
 
 
-def check_materials(materials: tuple[Material, ...]) -> None:
-    """Refuse materials that LIGGGHTS refuses, all at once.
+def check_outlook(outlook: Outlook, options: Options) -> None:
+    """Refuse a scene whose beds LIGGGHTS cannot take.
 
     Raises:
-        ExportError: A value is out of range; the message gives material, value and range.
+        ExportError: A material is outside the limits, no facet of the container is usable or too many meet,
+            or the user's folder of templates does not exist.
     """
-    particulate.check_materials(NAME, materials, restitution_min=RESTITUTION_MIN)
+    deck.check_templates(options.templates)
+    particulate.check_materials(NAME, outlook.materials, restitution_min=RESTITUTION_MIN, place=outlook.place)
+    if _has_mesh(outlook, options):
+        with outlook.placed("container"):
+            _check_facets(walls.wall_facets(outlook.container))
 
 
-def _primitives(bed: Bed, options: Options) -> tuple[walls.PrimitiveWall, ...] | None:
+def _has_mesh(bed: Bed | Outlook, options: Options) -> bool:
+    return walls.has_wall(bed) and _primitives(bed, options) is None
+
+
+def _check_facets(facets: walls.Facets) -> None:
+    if len(facets.triangles) == 0:
+        raise ExportError(
+            f"{NAME}: no facet of the container's surface is usable; check the mesh and its units"
+        )
+
+
+def _primitives(bed: Bed | Outlook, options: Options) -> tuple[walls.PrimitiveWall, ...] | None:
     return walls.primitive_walls(bed.container) if options.walls == "auto" else None
 
 
@@ -111,10 +128,8 @@ def _simulation_box(bed: Bed, facets: walls.Facets | None) -> lammps_data.Float6
 def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options: Options) -> dict[str, Any]:
     """Return what the template places."""
     primitives = _primitives(bed, options)
-    if facets is not None and len(facets.triangles) == 0 and primitives is None:
-        raise ExportError(
-            f"{NAME}: no facet of the container's surface is usable; check the mesh and its units"
-        )
+    if facets is not None and primitives is None:
+        _check_facets(facets)
     box = _simulation_box(bed, facets)
     values = particulate.common_values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps

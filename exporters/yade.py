@@ -24,15 +24,17 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from exporters.protocol import Outlook
 from exporters.shared import contact, deck, particulate, table
 from exporters.walls import facets as walls
 from exporters.walls.edges import edge_uses
 from exporters.walls.stl import write_stl
 from packgen.arrays import Float64Array, unique_rows
-from packgen.bed import Bed, Container, Material
+from packgen.bed import Bed, Container
 from packgen.errors import ExportError
 
 NAME = "yade"
+IS_DECK = True
 TIMESTEP_FRACTION = 0.1
 # In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
 # fractions of 0.05 and more, a sphere between 193 of them was thrown out sooner or later.
@@ -64,17 +66,10 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
             wraps around along one or two of its axes only.
     """
     deck.check_exportable(bed, NAME)
-    check_periodic(bed.container.periodic)
+    _check_periodic(bed.container, float(bed.radius.min()), float(bed.radius.max()))
     has_wall = walls.has_wall(bed)
-    reach = float(bed.radius.max()) + VERLET_SHARE * float(bed.radius.min())
-    size = bed.container.bounds[1] - bed.container.bounds[0]
-    if not has_wall and size.min() <= 4 * reach:
-        raise ExportError(
-            f"yade: the box wraps around after {size.min():g} m, YADE's spheres of {bed.radius.max():g} m"
-            f" want more than {4 * reach:g} m; enlarge the box"
-        )
     types = contact.number_types(bed, has_wall=has_wall)
-    check_materials(types.materials)
+    particulate.check_materials(NAME, types.materials)
     planes, facets = _walls(bed.container) if has_wall else ([], np.zeros((0, 3, 3)))
     fraction = options.timestep_fraction
     if fraction is None:
@@ -86,7 +81,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         "facets": len(facets) > 0,
         "planes": planes,
         "rolling": rolling(bed, types),
-        "periodic": size.tolist() if not has_wall else [],
+        "periodic": (bed.container.bounds[1] - bed.container.bounds[0]).tolist() if not has_wall else [],
         "gravity_vector": bed.acceleration.tolist(),
         "verlet_distance": VERLET_SHARE * values["radius_min"],
     }
@@ -98,25 +93,44 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     return paths
 
 
-def check_materials(materials: tuple[Material, ...]) -> None:
-    """Refuse materials that YADE refuses, all at once.
+def check_outlook(outlook: Outlook, options: Options) -> None:
+    """Refuse a scene whose beds YADE cannot take.
 
     Raises:
-        ExportError: A value is out of range; the message gives material, value and range.
+        ExportError: A material is outside the limits, the box wraps around along one or two of its axes only
+            or after too short a way, or the user's folder of templates does not exist.
     """
-    particulate.check_materials(NAME, materials)
+    deck.check_templates(options.templates)
+    with outlook.placed("container", "periodic"):
+        # No bed has a smaller largest sphere than that: what needs one of the largest is left to the bed.
+        _check_periodic(outlook.container, outlook.radius_min, outlook.radius_min)
+    particulate.check_materials(NAME, outlook.materials, place=outlook.place)
 
 
-def check_periodic(periodic: tuple[bool, bool, bool]) -> None:
-    """Refuse a box that wraps around along one or two of its axes only.
+def _check_periodic(container: Container, radius_min: float, radius_max: float) -> None:
+    """Refuse a box that wraps around along one or two of its axes only, or after too short a way.
+
+    Args:
+        container: The container.
+        radius_min: Smallest radius of the spheres [m].
+        radius_max: Largest one [m].
 
     Raises:
         ExportError: It does.
     """
-    if any(periodic) and not all(periodic):
+    if not any(container.periodic):
+        return
+    if not all(container.periodic):
         raise ExportError(
             "yade: the box wraps around along some axes only, YADE along all or none; export it for liggghts"
             " or lammps, or give `periodic: [x, y, z]`"
+        )
+    size = float((container.bounds[1] - container.bounds[0]).min())
+    least = 4 * (radius_max + VERLET_SHARE * radius_min)
+    if size <= least:
+        raise ExportError(
+            f"yade: the box wraps around after {size:g} m, YADE's spheres of {radius_max:g} m want more than"
+            f" {least:g} m; enlarge the box"
         )
 
 

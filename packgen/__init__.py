@@ -1,3 +1,54 @@
-"""packgen: beds of spheres for DEM, from a scene file to a deck that the solver runs unedited."""
+"""packgen: beds of spheres for DEM, from a scene file to a deck that the solver runs unedited.
+
+What Python users call most is here, and is loaded on first use::
+
+    from packgen import load_container, load_scene, pack
+
+    scene = load_scene(Path("furnace.yaml"))
+    bed = pack(scene, load_container(scene)).bed
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from packgen.bed import Bed
+    from packgen.check import check_bed
+    from packgen.container import load_container
+    from packgen.errors import PackgenError
+    from packgen.filling.pack import pack
+    from packgen.report import build_report
+    from packgen.scene import load_scene
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "Bed", "PackgenError", "__version__", "build_report", "check_bed", "load_container", "load_scene", "pack",
+]  # fmt: skip
+
+_PLACES = MappingProxyType(
+    {
+        "Bed": "packgen.bed",
+        "PackgenError": "packgen.errors",
+        "build_report": "packgen.report",
+        "check_bed": "packgen.check",
+        "load_container": "packgen.container",
+        "load_scene": "packgen.scene",
+        "pack": "packgen.filling.pack",
+    }
+)
+
+
+def __getattr__(name: str) -> Any:
+    """Load one of the names above."""
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    # Not kept here: the name is always what its module has.
+    return getattr(import_module(_PLACES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -85,15 +85,10 @@ class SetTotal:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
-    """All that is known of a bed; the fields are the keys of ``report.json``.
+class Measures:
+    """What is measured of a bed.
 
     Attributes:
-        packgen: Version that made the bed.
-        missed: A line for each thing that was asked for and not reached; empty when all is well.
-        warnings: A line for each thing that looks wrong although all was reached: mended meshes, likely
-            mistakes in units, zones that nothing holds up or at their sides, shares and sums that whole
-            spheres miss.
         sphere_count: Number of spheres in the bed.
         zones: Spheres asked for and placed, zone by zone.
         sets: Totals, set by set.
@@ -108,14 +103,8 @@ class Report:
         order: Shares of the spheres that sit in a crystal.
         step_zero: The largest forces that a solver will find before anything moves, by geometry alone; None
             without gravity.
-        timings: Wall time of each stage [s].
-        peak_memory: Largest memory that the process held [bytes]; None where the system does not tell.
-        settings: Scene, seed and effective settings, as in ``bed.npz``.
-        files: Everything that the run wrote, relative to its folder.
     """
 
-    packgen: str
-    missed: tuple[str, ...]
     sphere_count: int
     zones: tuple[ZoneCount, ...]
     sets: tuple[SetTotal, ...]
@@ -129,6 +118,30 @@ class Report:
     pair_correlation: PairCorrelation | None
     order: LocalOrder
     step_zero: PredictedForces | None
+
+    def faults(self) -> tuple[str, ...]:
+        """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
+        return (*_unfilled(self.zones), *self.overlap.faults())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report(Measures):
+    """All that is known of a bed: the measures, and what the run did; `KEYS` has the keys in their order.
+
+    Attributes:
+        packgen: Version that made the bed.
+        missed: A line for each thing that was asked for and not reached; empty when all is well.
+        warnings: A line for each thing that looks wrong although all was reached: mended meshes, likely
+            mistakes in units, zones that nothing holds up or at their sides, shares and sums that whole
+            spheres miss.
+        timings: Wall time of each stage [s].
+        peak_memory: Largest memory that the process held [bytes]; None where the system does not tell.
+        settings: Scene, seed and effective settings, as in ``bed.npz``.
+        files: Everything that the run wrote, relative to its folder.
+    """
+
+    packgen: str
+    missed: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     timings: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     peak_memory: int | None = None
@@ -139,7 +152,7 @@ class Report:
         """Return the text of ``report.json``."""
         # Not asdict of the whole: it copies the mappings by their constructor, which a view lacks.
         content: dict[str, Any] = {}
-        for name in self.__slots__:
+        for name in KEYS:
             value = getattr(self, name)
             if isinstance(value, tuple):
                 content[name] = [each if isinstance(each, str) else asdict(each) for each in value]
@@ -188,6 +201,11 @@ class Report:
         return rows
 
 
+MEASURED = tuple(each.name for each in fields(Measures))
+KEYS = ("packgen", "missed", *MEASURED, "warnings", "timings", "peak_memory", "settings", "files")
+"""The keys of ``report.json``, in their order."""
+
+
 def build_report(
     bed: Bed,
     *,
@@ -197,6 +215,53 @@ def build_report(
     clearance: Float64Array | None = None,
     threads: int | None = None,
 ) -> Report:
+    """Measure a bed, as `measure_bed` does; the report has no timings, memory and files."""
+    measures = measure_bed(bed, zones=zones, laws=laws, check=check, clearance=clearance, threads=threads)
+    return compose_report(measures, bed.provenance)
+
+
+def compose_report(
+    measures: Measures,
+    settings: Mapping[str, Any],
+    *,
+    missed: Sequence[str] = (),
+    warnings: Sequence[str] = (),
+    timings: Mapping[str, float] = MappingProxyType({}),
+    peak_memory: int | None = None,
+    files: Sequence[str] = (),
+) -> Report:
+    """Return the report of a bed; see `Report` for what is not told here.
+
+    Args:
+        measures: What was measured of the bed.
+        settings: The bed's provenance.
+        missed: What was missed beside the measures' own faults, which come first.
+        warnings: What looks wrong.
+        timings: Wall time of each stage [s].
+        peak_memory: Largest memory of the process [bytes].
+        files: What the run wrote.
+    """
+    return Report(
+        **{name: getattr(measures, name) for name in MEASURED},
+        packgen=packgen.__version__,
+        missed=(*measures.faults(), *missed),
+        warnings=tuple(warnings),
+        timings=timings,
+        peak_memory=peak_memory,
+        settings=settings,
+        files=tuple(files),
+    )
+
+
+def measure_bed(
+    bed: Bed,
+    *,
+    zones: Sequence[ZoneOutcome] = (),
+    laws: Sequence[SizeLaw | None] = (),
+    check: Check | None = None,
+    clearance: Float64Array | None = None,
+    threads: int | None = None,
+) -> Measures:
     """Measure a bed.
 
     Args:
@@ -209,7 +274,7 @@ def build_report(
         threads: Threads to use; None: two. The numbers do not depend on it.
 
     Returns:
-        The report, still without timings, memory and files: `dataclasses.replace` adds them.
+        The measures.
     """
     found = check if check is not None else check_bed(bed)
     counts = tuple(ZoneCount(zone.asked, zone.placed) for zone in zones)
@@ -231,9 +296,7 @@ def build_report(
         profile = pool.submit(height_profile, bed)
         forces = pool.submit(_step_zero, bed, found, clearance)
     touching, gaps = contacts.result()
-    return Report(
-        packgen=packgen.__version__,
-        missed=(*_unfilled(counts), *found.faults()),
+    return Measures(
         sphere_count=bed.count,
         zones=counts,
         sets=_totals(bed),
@@ -247,7 +310,6 @@ def build_report(
         pair_correlation=correlation.result(),
         order=order.result(),
         step_zero=forces.result(),
-        settings=bed.provenance,
     )
 
 

@@ -6,9 +6,12 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+
+import packgen
 
 ROOT = Path(__file__).resolve().parent.parent
 HEAVY = {"torch", "trimesh", "pyvista", "meshio", "matplotlib", "overlap", "numba", "scipy", "rich", "numpy"}
@@ -191,12 +194,72 @@ def test_help_loads_no_heavy_library():
     assert loaded_by("--help") & (HEAVY | {"pydantic", "jinja2", "yaml"}) == set()
 
 
+def fresh(code: str) -> list[str]:
+    """What Python prints in a process of its own."""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    return run.stdout.split()
+
+
+def test_packgen_alone_loads_no_library_and_no_other_part_of_itself():
+    loaded = set(fresh("import sys, packgen; packgen.__all__; print(*sys.modules)"))
+    assert loaded & (HEAVY | {"pydantic", "jinja2", "yaml"}) == set()
+    assert {name for name in loaded if name.startswith("packgen")} == {"packgen"}
+
+
+@pytest.mark.parametrize("name", [each for each in packgen.__all__ if each != "__version__"])
+def test_each_name_of_packgen_is_that_of_its_module(name):
+    place = packgen._PLACES[name]
+    assert getattr(packgen, name) is getattr(import_module(place), name)
+    assert name in dir(packgen)
+
+
+def test_names_that_packgen_has_not_are_no_attributes():
+    assert not hasattr(packgen, "unpack")
+    with pytest.raises(ImportError, match="unpack"):
+        exec("from packgen import unpack", {})
+
+
+def test_packgen_offers_what_the_guide_imports():
+    assert fresh("from packgen import pack, load_scene; print(pack.__module__, load_scene.__module__)") == [
+        "packgen.filling.pack",
+        "packgen.scene.load",
+    ]
+
+
 def test_a_scene_error_loads_no_slow_library(tmp_path):
     scene = tmp_path / "wrong.yaml"
     scene.write_text("container: 3\n")
     loaded = loaded_by(str(scene))
     assert "pydantic" in loaded  # it came as far as the scene
     assert loaded & SLOW_TO_LOAD == set()
+
+
+CLI = sorted(ROOT.glob("packgen/cli/*.py"))
+ARGUMENTS_MAX = 10
+SCREEN = 60  # lines
+
+
+@pytest.mark.parametrize("path", CLI, ids=named)
+def test_functions_of_the_command_line_take_few_arguments_and_fit_a_screen(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef):
+            given = node.args
+            count = len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
+            assert count <= ARGUMENTS_MAX, node.name
+            assert (node.end_lineno or 0) - node.lineno < SCREEN, node.name
+
+
+@pytest.mark.parametrize("path", CLI, ids=named)
+def test_only_one_place_reads_what_the_parser_of_a_run_gives(path):
+    taken = [
+        ast.unparse(each.annotation)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+        for each in (*node.args.args, *node.args.kwonlyargs)
+        if each.annotation is not None
+    ]
+    wanted = ["argparse.Namespace"] if named(path) == "packgen/cli/options.py" else []
+    assert [each for each in taken if "Namespace" in each] == wanted
 
 
 def test_no_file_names_a_place_on_a_developers_machine():

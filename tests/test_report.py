@@ -8,7 +8,7 @@ import pytest
 
 from packgen.bedfile import save_bed
 from packgen.geometry import Cone
-from packgen.report import build_report
+from packgen.report import KEYS, build_report, compose_report, measure_bed
 from packgen.validation import predicted_forces
 from tests.beds import box_container, cubic_lattice, make_bed, make_container, revolved_surface
 
@@ -117,3 +117,15 @@ def test_bed_file_holds_the_arrays_of_the_contract(tmp_path):
     }
     assert provenance == {"seed": 3, "params": {"lr": 0.01, "axis": [0.0, 1.0]}}
     assert (tmp_path / "bed.npz").read_bytes() == (tmp_path / "again.npz").read_bytes()
+
+
+def test_keys_are_in_their_order_and_what_the_run_missed_comes_after_the_bed():
+    bed = lattice_bed(provenance={"seed": 3})
+    measures = measure_bed(bed, zones=[Zone(130, 125)])
+    report = compose_report(measures, bed.provenance, missed=["no csv deck"], warnings=["odd"])
+    assert list(json.loads(report.as_json())) == list(KEYS)
+    assert KEYS[:3] == ("packgen", "missed", "sphere_count")
+    assert KEYS[-5:] == ("warnings", "timings", "peak_memory", "settings", "files")
+    assert report.missed == (*measures.faults(), "no csv deck")
+    assert report.warnings == ("odd",)
+    assert compose_report(measures, bed.provenance) == build_report(bed, zones=[Zone(130, 125)])

@@ -276,7 +276,8 @@ def result_part() -> Iterator[str]:
     keys = re.search(r"Keys: (.*?)\n\n", inspect.getdoc(bedfile.save_bed) or "", re.DOTALL)
     yield f"`bed.npz`: {plain(keys[1]) if keys else ''}\n"
     yield "### `report.json`\n\nLengths in metres, overlaps and gaps as fractions of the smaller radius.\n"
-    rows = list(json_rows(report.Report))
+    # The file has its keys in another order than the class.
+    rows = sorted(json_rows(report.Report), key=lambda row: report.KEYS.index(re.split(r"\W", row[0])[1]))
     place = 1 + max(index for index, row in enumerate(rows) if row[0].startswith("`overlap."))
     rows[place:place] = properties(report.Check, ("within_tolerance",), "overlap.")
     yield table(("key", "meaning"), rows)

@@ -51,8 +51,7 @@ def render(template: str, values: dict[str, Any], user_folder: Path | None = Non
     Raises:
         ExportError: The user's folder does not exist, or a template is wrong.
     """
-    if user_folder is not None and not user_folder.is_dir():
-        raise ExportError(f"templates: {user_folder} is not a folder")
+    check_templates(user_folder)
     folders = [folder for folder in (user_folder, template_root()) if folder is not None]
     environment = Environment(
         loader=ChoiceLoader([FileSystemLoader(folder, encoding="utf-8") for folder in folders]),
@@ -68,6 +67,16 @@ def render(template: str, values: dict[str, Any], user_folder: Path | None = Non
         line = getattr(error, "lineno", None)
         place = template if line is None else f"{template}:{line}"
         raise ExportError(f"templates: {place}: {error}") from error
+
+
+def check_templates(user_folder: Path | None) -> None:
+    """Refuse a folder of templates that is none.
+
+    Raises:
+        ExportError: It does not exist.
+    """
+    if user_folder is not None and not user_folder.is_dir():
+        raise ExportError(f"templates: {user_folder} is not a folder")
 
 
 def comment_text(value: object) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from exporters.protocol import Place
 from exporters.shared import contact, deck
 from packgen.bed import Bed, Material
 from packgen.errors import ExportError
@@ -14,34 +16,46 @@ SPHERE_STEPS = 1.0e8  # work of a deck's own run; it has 100 to 1000 steps
 NEIGHBOR_BY_SIZE_RATIO = 3.0  # a wider range of radii gets neighbour lists by size
 
 
-def check_materials(solver: str, materials: tuple[Material, ...], *, restitution_min: float = 0.0) -> None:
+def check_materials(
+    solver: str,
+    materials: tuple[Material, ...],
+    *,
+    restitution_min: float = 0.0,
+    place: Place | None = None,
+) -> None:
     """Refuse materials that a solver refuses, all at once.
 
     Args:
         solver: What messages call it.
         materials: The materials.
         restitution_min: Restitution has to be above this.
+        place: Returns ``file:line:column`` of a value; None: no scene is at hand.
 
     Raises:
-        ExportError: A value is out of range; the message gives material, value and range.
+        ExportError: A value is out of range; the message gives place, material, value and range.
     """
-    problems = []
+    lines = []
     for each in materials:
-        name = deck.comment_text(each.name)
-        if not (np.isfinite(each.youngs_modulus) and each.youngs_modulus > 0):
-            problems.append(f"{name}.youngs_modulus: found {each.youngs_modulus} Pa, expected more than 0")
-        if not 0 <= each.poissons_ratio <= 0.5:
-            problems.append(f"{name}.poissons_ratio: found {each.poissons_ratio}, expected 0 to 0.5")
-        if not restitution_min < each.restitution <= 1:
-            problems.append(
-                f"{name}.restitution: found {each.restitution}, expected above {restitution_min:g}, at most 1"
-            )
-        for key in ("friction", "rolling_friction"):
-            value = getattr(each, key)
-            if not (np.isfinite(value) and value >= 0):
-                problems.append(f"{name}.{key}: found {value}, expected at least 0")
-    if problems:
-        raise ExportError("\n".join(f"{solver}: materials.{problem}" for problem in problems))
+        for key, problem in _faults(each, restitution_min):
+            before = "" if place is None else f"{place(('materials', each.name, key))}: "
+            lines.append(f"{before}{solver}: materials.{deck.comment_text(each.name)}.{key}: {problem}")
+    if lines:
+        raise ExportError("\n".join(lines))
+
+
+def _faults(material: Material, restitution_min: float) -> Iterator[tuple[str, str]]:
+    """Yield the key of each value that is out of range, and what is wrong with it."""
+    modulus, ratio, restitution = material.youngs_modulus, material.poissons_ratio, material.restitution
+    if not (np.isfinite(modulus) and modulus > 0):
+        yield "youngs_modulus", f"found {modulus} Pa, expected more than 0"
+    if not 0 <= ratio <= 0.5:
+        yield "poissons_ratio", f"found {ratio}, expected 0 to 0.5"
+    if not restitution_min < restitution <= 1:
+        yield "restitution", f"found {restitution}, expected above {restitution_min:g}, at most 1"
+    for key in ("friction", "rolling_friction"):
+        value = getattr(material, key)
+        if not (np.isfinite(value) and value >= 0):
+            yield key, f"found {value}, expected at least 0"
 
 
 def common_values(

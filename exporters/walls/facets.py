@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from exporters.protocol import Outlook
 from exporters.walls import slivers
 from exporters.walls.angles import (
     corner_angles,
@@ -186,7 +187,7 @@ def primitive_walls(container: Container) -> tuple[PrimitiveWall, ...] | None:
     return None
 
 
-def has_wall(bed: Bed) -> bool:
+def has_wall(bed: Bed | Outlook) -> bool:
     """Return whether the container of a bed has a wall: a box that is periodic all round has none."""
     return not all(bed.container.periodic)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from packgen import __version__
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
+from packgen.cli.options import run_options
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
@@ -95,7 +96,7 @@ def _dispatch(arguments: list[str], ending: Ending) -> int:
         from packgen.cli.pages import run_page_command
 
         return run_page_command(arguments[0], arguments[1:], ending)
-    options = build_parser().parse_args(arguments)
+    options = run_options(build_parser().parse_args(arguments))
     from packgen.cli.run import run_scene
 
     return run_scene(options, ending)
@@ -130,7 +131,13 @@ def build_parser() -> argparse.ArgumentParser:
         help="solver for --validate (default: liggghts); may be repeated, or a comma list",
     )
     parser.add_argument("--seed", metavar="N", type=_whole(0), help="seed, in place of the scene's")
-    parser.add_argument("--threads", metavar="N", type=_whole(1), help="threads (default: chosen by packgen)")
+    parser.add_argument(
+        "--threads",
+        metavar="N",
+        type=_whole(1),
+        help="threads for the measures, and for the optimizer adam; projection, the default, arranges on one "
+        "core whatever is given (default: two for the measures, one for adam)",
+    )
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")
     parser.add_argument(
         "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"

@@ -1,12 +1,29 @@
-"""The options of exporters, as the command line gives them: ``--export-option NAME.KEY=VALUE``."""
+"""The exporters of a run: their options (``--export-option NAME.KEY=VALUE``), early checks, and decks."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from packgen.errors import ExportError
+from packgen.resultfolder import DISK_FULL
+from packgen.stopping import stop_seen
+
+if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
+    from exporters import Exporter, Outlook
+    from packgen.bed import Bed, Container
+    from packgen.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """An exporter with the options that it gets."""
+
+    exporter: Exporter
+    options: Any
 
 
 def export_settings(
@@ -61,3 +78,77 @@ def _faults(error: Exception) -> list[str]:
         else f": {each['msg'].removeprefix('Value error, ')}"
         for each in errors()
     ]
+
+
+def outlook_of(scene: Scene, container: Container) -> Outlook:
+    """Return what exporters are told of a scene before the run."""
+    import numpy as np
+
+    from exporters import Outlook
+    from packgen.bed import ParticleSet
+
+    used = [
+        each
+        for index, each in enumerate(scene.particle_sets)
+        if any(zone.set_proportions[index] > 0.0 for zone in scene.zones)
+    ]
+    names = {each.material for each in used}
+    if not all(container.periodic):
+        names.add(scene.wall_material)
+    bounds = [each.distribution.radius_bounds for each in used]
+    return Outlook(
+        container=container,
+        gravity=scene.gravity * np.asarray(scene.gravity_direction, np.float64),
+        particle_sets=tuple(
+            ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets
+        ),
+        materials=tuple(each for each in scene.materials if each.name in names),
+        radius_min=min(low for low, _ in bounds),
+        radius_max=max(high for _, high in bounds),
+        place=scene.marked.place,
+    )
+
+
+def check_formats(formats: Mapping[str, Format], outlook: Outlook) -> None:
+    """Let each format refuse the scene before the run.
+
+    Raises:
+        ExportError: Some do; the reasons of all.
+    """
+    problems = []
+    for name, each in formats.items():
+        try:
+            each.exporter.check_outlook(outlook, each.options)
+        except ExportError as error:
+            problems.append(str(error))
+        except (Exception, SystemExit) as error:
+            if stop_seen():
+                raise
+            problems.append(f"{name}: its check before the run failed, {type(error).__name__}: {error}")
+    if problems:
+        raise ExportError("\n".join(problems))
+
+
+def write_decks(bed: Bed, folder: Path, formats: Mapping[str, Format]) -> tuple[str, ...]:
+    """Write a bed in each format, into a folder of the format's name.
+
+    A deck that fails costs no bed: its folder is removed.
+
+    Returns:
+        A line for each deck that could not be written.
+
+    Raises:
+        OSError: The disk is full.
+    """
+    missed = []
+    for name, each in formats.items():
+        (folder / name).mkdir()
+        try:
+            each.exporter.write(bed, folder / name, each.options)
+        except (Exception, SystemExit) as error:
+            if getattr(error, "errno", None) in DISK_FULL or stop_seen():
+                raise
+            shutil.rmtree(folder / name)
+            failed = f"its exporter or a template failed, {type(error).__name__}: {error}"
+            missed.append(f"no {name} deck: {error if isinstance(error, ExportError) else failed}")
+    return tuple(missed)

@@ -1,61 +1,91 @@
-"""One run: a function a stage, from the scene file to the folder of results."""
+"""One run: a function a stage, from the scene file to the folder of results.
+
+Each stage returns what it found. All of it comes together in the report, at the end.
+"""
 
 from __future__ import annotations
 
-import argparse
-import json
-import shutil
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from packgen.cli.ending import EXIT_INTERRUPTED, Ending
-from packgen.cli.names import refuse_unreadable
-from packgen.cli.progress import Listener, Share, show_progress
+from packgen.cli.exports import check_formats, outlook_of, write_decks
+from packgen.cli.options import RunOptions
+from packgen.cli.plan import Plan, make_plan
+from packgen.cli.progress import Share, show_progress
 from packgen.cli.screen import say, table
 from packgen.cli.stopwatch import Stopwatch, peak_memory
-from packgen.cli.visuals import write_looks
-from packgen.errors import ExportError, PackgenError, SceneError, SolverError
-from packgen.resultfolder import DISK_FULL, ResultFolder
-from packgen.stopping import answer, held, stop_seen, unhurried
+from packgen.cli.visuals import Compose, write_looks
+from packgen.errors import PackgenError, SceneError
+from packgen.resultfolder import ResultFolder
+from packgen.stopping import held, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import Bed, Container
-    from packgen.report import Report
+    from packgen.filling.pack import PackResult
+    from packgen.report import Measures, Report
     from packgen.scene import Scene
-
-DEFAULT_SOLVER = "liggghts"
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """All that is decided before the first sphere is placed."""
-
-    scene: Scene
-    exporters: Mapping[str, Any]
-    settings: Mapping[str, Any]
-    solvers: tuple[str, ...]
-    target: Path
+    from packgen.validation import OnProgress, Verdict
 
 
-def run_scene(options: argparse.Namespace, ending: Ending) -> int:
+@dataclass(frozen=True, slots=True)
+class _Vessel:
+    """The container as it was loaded.
+
+    Attributes:
+        container: The container.
+        mended: A line for each thing of its surface that was mended; said at the end, or with an error.
+        soft: A line for each material that the bed's weight presses too far; said at once.
+    """
+
+    container: Container
+    mended: tuple[str, ...]
+    soft: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Findings:
+    """What the stages found.
+
+    Attributes:
+        bed: The bed.
+        measures: What was measured of it.
+        unwritten: A line for each deck that is not there.
+        verdict: What the solvers found; None: none was asked.
+        warnings: What looks wrong.
+    """
+
+    bed: Bed
+    measures: Measures
+    unwritten: tuple[str, ...]
+    verdict: Verdict | None
+    warnings: tuple[str, ...]
+
+
+def run_scene(options: RunOptions, ending: Ending) -> int:
     """Make a bed, write its results, and say how it went; ``ending`` is told when they are in place."""
     watch = Stopwatch()
     with watch.stage("scene"):
-        plan = _plan(options)
+        plan = make_plan(options)
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder:
-        bed, report = _make(plan, options, watch)
-        warnings = list(report.warnings)
-        unreached, verdict = _write(bed, plan, folder, options, watch, warnings)
-        missed, warned = (*report.missed, *unreached), tuple(warnings)
-        report = replace(report, missed=missed, warnings=warned, peak_memory=peak_memory())
-        name, hurry = folder.target.name, folder.unvalidated
-        page, picture = not (options.no_report or hurry), options.picture and not hurry
-        report = write_looks(bed, report, folder.path, name, watch, page=page, picture=picture)
+        vessel = _load(plan, watch)
+        packed = _pack(plan.scene, vessel, options, watch)
+        measures = _measure(plan.scene, packed, options.threads, watch)
+        unwritten = _write(packed.bed, plan, folder, watch)
+        verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
+        unjudged = () if verdict is None else verdict.unjudged
+        warnings = (*vessel.mended, *vessel.soft, *packed.warnings, *unjudged)
+        found = _Findings(packed.bed, measures, unwritten, verdict, warnings)
+        hurry = folder.unvalidated
+        report = write_looks(
+            packed.bed, _composer(found, watch), folder.path, folder.target.name, watch,
+            page=options.page and not hurry, picture=options.picture and not hurry,
+        )  # fmt: skip
         code = EXIT_INTERRUPTED if hurry else int(bool(report.missed))
         with held():
             folder.commit()
@@ -64,208 +94,154 @@ def run_scene(options: argparse.Namespace, ending: Ending) -> int:
     return code
 
 
-def _plan(options: argparse.Namespace) -> _Plan:
-    """Read the scene and find exporters and solvers, so that nothing is missing after a long run.
+def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
+    """Load the container, and let formats and the bed's weight refuse it before the run.
 
     Raises:
-        PackgenError: The scene is wrong, or a name is unknown, or a solver is missing.
+        PackgenError: The container cannot be loaded, a format takes no bed of this scene, the bed's weight
+            would squeeze its spheres through each other, or the scene's amounts make no sense.
     """
-    import exporters
-    from packgen.cli.exports import export_settings
-    from packgen.scene import load_scene
-
-    solvers = tuple(dict.fromkeys(_names(options.solver))) or (DEFAULT_SOLVER,)
-    wanted = _names(options.export) + (list(solvers) if options.validate else [])
-    if options.solver and not options.validate:
-        raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")
-    if options.validate:
-        from packgen.validation import find_solver
-
-        for solver in solvers:
-            find_solver(solver)
-    chosen = {name: exporters.get(name) for name in dict.fromkeys(wanted)}
-    settings = export_settings(chosen, options.export_option, options.templates)
-    if options.templates is not None and not options.templates.is_dir():
-        raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
-    scene = load_scene(options.scene)
-    if options.seed is not None:
-        scene = replace(scene, seed=options.seed)
-    for exporter in chosen.values():
-        # A format that refuses a material or a periodic box says so now, not when the bed is made.
-        for name, value in (
-            ("check_materials", scene.materials),
-            ("check_periodic", scene.container.periodic),
-        ):
-            check = getattr(exporter, name, None)
-            if check is not None:
-                check(value)
-    target = options.output or Path(options.scene.stem)
-    refuse_unreadable([target.resolve().name])
-    return _Plan(scene, chosen, settings, solvers if options.validate else (), target)
-
-
-def _names(given: Sequence[str]) -> list[str]:
-    """Return names from repeated options and comma lists."""
-    return [name.strip() for each in given for name in each.split(",") if name.strip()]
-
-
-def _make(plan: _Plan, options: argparse.Namespace, watch: Stopwatch) -> tuple[Bed, Report]:
-    """Pack the scene and measure the bed."""
-    from packgen.check import check_bed, wall_clearance
     from packgen.container import load_container
-    from packgen.filling.pack import pack
-    from packgen.measure.order import WALL_REACH
-    from packgen.report import build_report
 
-    scene = plan.scene
-    warnings: list[str] = []
-    with watch.stage("container"):
-        container = load_container(scene, warnings.append)
-        _check_softness(plan, container, warnings)
-    of_container = tuple(warnings)
-    with watch.stage("arrange"), show_progress(sys.stderr, quiet=options.quiet) as listener:
-        try:
-            result = pack(
-                scene,
-                container,
-                on_progress=listener,
-                threads=options.threads,
-                device=options.device,
-                warn=partial(_warn, warnings),
-            )
-        except PackgenError:
-            for line in warnings:  # what was mended or looks odd may well be why
-                say(f"packgen: warning: {line}", sys.stderr)
-            raise
+    mended: list[str] = []
+    with watch.stage("container"), _explained(mended):
+        container = load_container(plan.scene, mended.append)
+        if plan.formats:
+            check_formats(plan.formats, outlook_of(plan.scene, container))
+        for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
+        soft = _soft_materials(plan.scene, container, for_solver=for_solver)
+    for line in soft:
+        _warn(line)
+    return _Vessel(container, tuple(mended), soft)
+
+
+@contextmanager
+def _explained(warnings: Sequence[str]) -> Iterator[None]:
+    """Say warnings before an error that ends what is inside: what was mended may well be why."""
+    try:
+        yield
+    except PackgenError:
+        for line in warnings:
+            _warn(line)
+        raise
+
+
+def _warn(line: str) -> None:
+    say(f"packgen: warning: {line}", sys.stderr)
+
+
+def _soft_materials(scene: Scene, container: Container, *, for_solver: bool) -> tuple[str, ...]:
+    """Return a line for each material that the bed's weight presses too far."""
+    from packgen.filling.fit import checked_locations
+    from packgen.filling.softness import check_softness
+
+    try:
+        return tuple(check_softness(scene, container, for_solver=for_solver))
+    except SceneError:
+        checked_locations(scene, container)  # a wrong unit is the nearer cause, and is said first
+        raise
+
+
+def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) -> PackResult:
+    """Fill the container; what looks wrong is said while there is time to stop the run."""
+    from packgen.filling.pack import pack
+
+    with (
+        watch.stage("arrange"),
+        show_progress(sys.stderr, quiet=options.quiet) as listener,
+        _explained(vessel.mended),
+    ):
+        return pack(
+            scene,
+            vessel.container,
+            on_progress=listener,
+            threads=options.threads,
+            device=options.device,
+            warn=_warn,
+        )
+
+
+def _measure(scene: Scene, packed: PackResult, threads: int | None, watch: Stopwatch) -> Measures:
+    """Check and measure the bed."""
+    from packgen.check import check_bed, wall_clearance
+    from packgen.measure.order import WALL_REACH
+    from packgen.report import measure_bed
+
+    bed = packed.bed
     with watch.stage("check"):
-        bed = result.bed
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
-        report = build_report(
-            bed, zones=result.zones, laws=laws, check=check, clearance=clearance, threads=options.threads
+        return measure_bed(
+            bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads
         )
-    return bed, replace(report, warnings=(*of_container, *result.warnings))
 
 
-def _warn(warnings: list[str], line: str) -> None:
-    """Say what looks wrong while there is time to stop the run, and keep it for the last lines."""
-    say(f"packgen: warning: {line}", sys.stderr)
-    warnings.append(line)
-
-
-def _check_softness(plan: _Plan, container: Container, warnings: list[str]) -> None:
-    """Say before the run what the bed's weight does to its spheres.
-
-    Raises:
-        PackgenError: It squeezes them through each other, or the scene's amounts make no sense.
-    """
-    from packgen.filling.fit import checked_locations
-    from packgen.filling.softness import check_softness
-
-    solver = any(hasattr(exporter, "check_materials") for exporter in plan.exporters.values())
-    try:
-        for line in check_softness(plan.scene, container, for_solver=solver):
-            _warn(warnings, line)
-    except SceneError:
-        checked_locations(plan.scene, container)  # a wrong unit is the nearer cause, and is said first
-        raise
-
-
-def _write(
-    bed: Bed,
-    plan: _Plan,
-    results: ResultFolder,
-    options: argparse.Namespace,
-    watch: Stopwatch,
-    warnings: list[str],
-) -> tuple[list[str], str]:
-    """Write bed and decks, and let solvers confirm them; return what was not reached, and the verdicts."""
+def _write(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tuple[str, ...]:
+    """Write bed and decks; return a line for each deck that could not be written."""
     from packgen.bedfile import save_bed
 
-    folder = results.path
     with watch.stage("write"):
-        save_bed(bed, folder / "bed.npz")
-    missed = []
+        save_bed(bed, folder.path / "bed.npz")
     with watch.stage("export"):
-        for name, exporter in plan.exporters.items():
-            (folder / name).mkdir()
-            try:
-                exporter.write(bed, folder / name, plan.settings[name])
-            except (Exception, SystemExit) as error:
-                if getattr(error, "errno", None) in DISK_FULL or stop_seen():
-                    raise
-                # The bed is worth keeping, a deck that is not whole is not.
-                shutil.rmtree(folder / name)
-                known = isinstance(error, ExportError)
-                why = (
-                    str(error)
-                    if known
-                    else f"its exporter or a template failed, {type(error).__name__}: {error}"
-                )
-                missed.append(f"no {name} deck: {why}")
+        return write_decks(bed, folder.path, plan.formats)
+
+
+def _validate(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool) -> Verdict | None:
+    """Let solvers confirm the decks; None where none is asked."""
     if not plan.solvers:
-        return missed, ""
-    with watch.stage("validate"), unhurried():
-        unconfirmed, verdict = _validate(bed, plan, results, options, warnings)
-    return missed + unconfirmed, verdict
+        return None
+    from packgen.validation import Limits, validate_decks
 
-
-def _validate(
-    bed: Bed, plan: _Plan, results: ResultFolder, options: argparse.Namespace, warnings: list[str]
-) -> tuple[list[str], str]:
-    """Let each solver confirm its deck; return what it did not confirm, and the verdicts as one table."""
-    from packgen.validation import Limits, comparison, validate, validation_dict
-
-    folder = results.path
     limits = Limits(**plan.scene.validation.model_dump())
-    reports, errors = {}, {}
-    for solver in plan.solvers:
-        if not (folder / solver).is_dir():
-            errors[solver] = f"{solver}: has no deck to run"
-            continue
-        try:
-            with show_progress(sys.stderr, quiet=options.quiet) as listener:
-                tell = partial(_tell, listener, solver)
-                reports[solver] = validate(
-                    bed, folder / solver, solver=solver, limits=limits, on_progress=tell
-                )
-        except (Exception, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt) or stop_seen():
-                answer()
-                results.keep_unvalidated()
-                errors[solver] = f"{solver}: interrupted before it was done"
-                break
-            if not isinstance(error, SolverError):
-                raise
-            errors[solver] = str(error)  # the bed is made and stays
-        if solver in reports and reports[solver].unjudged:
-            warnings.append(reports[solver].unjudged)
-    content = validation_dict(reports)
-    if errors:
-        content |= {"passed": False, "errors": errors, "interrupted": results.unvalidated}
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
-    missed = [line for report in reports.values() for line in report.missed] + list(errors.values())
-    return missed, table(comparison(list(reports.values()))) if reports else ""
+    with watch.stage("validate"), unhurried():
+        verdict = validate_decks(
+            bed, folder.path, plan.solvers, limits=limits, progress=partial(_solver_progress, quiet)
+        )
+        if verdict.interrupted:
+            folder.keep_unvalidated()
+    return verdict
 
 
-def _tell(listener: Listener, solver: str, stage: str, share: float) -> None:
-    listener(Share(f"{solver}, {stage}", share))
+@contextmanager
+def _solver_progress(quiet: bool, solver: str) -> Iterator[OnProgress]:
+    with show_progress(sys.stderr, quiet=quiet) as listener:
+        yield lambda stage, share: listener(Share(f"{solver}, {stage}", share))
 
 
-def _conclude(report: Report, verdict: str, folder: ResultFolder, *, quiet: bool) -> None:
+def _composer(found: _Findings, watch: Stopwatch) -> Compose:
+    """Return what makes the report once the last files are written."""
+    from packgen.report import compose_report
+
+    unconfirmed = () if found.verdict is None else found.verdict.missed
+    memory = peak_memory()
+
+    def compose(*, files: Sequence[str], warnings: Sequence[str]) -> Report:
+        return compose_report(
+            found.measures,
+            found.bed.provenance,
+            missed=(*found.unwritten, *unconfirmed),
+            warnings=(*found.warnings, *warnings),
+            timings=watch.seconds,
+            peak_memory=memory,
+            files=files,
+        )
+
+    return compose
+
+
+def _conclude(report: Report, verdict: Verdict | None, folder: ResultFolder, *, quiet: bool) -> None:
     """Say what was reached, and last what was not."""
     if not quiet:
         say(table(report.rows()), sys.stdout)
-        if verdict:
-            say(f"\n{verdict}\n", sys.stdout)
+        if verdict is not None and verdict.reports:
+            say(f"\n{table(verdict.rows())}\n", sys.stdout)
         say(f"written to {folder.target}", sys.stdout)
     for line in folder.notes:
         say(f"packgen: {line}", sys.stderr)
     for line in report.warnings:
-        say(f"packgen: warning: {line}", sys.stderr)
+        _warn(line)
     for line in report.missed:
         say(f"packgen: missed: {line}", sys.stderr)
     if folder.unvalidated:

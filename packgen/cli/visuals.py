@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import traceback
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from packgen.cli.screen import DEBUG_VARIABLE
 from packgen.errors import PackgenError
@@ -19,17 +19,37 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.cli.stopwatch import Stopwatch
     from packgen.report import Report
 
-Made = TypeVar("Made")
+Thing = TypeVar("Thing")
+
+
+@dataclass(frozen=True, slots=True)
+class _Made(Generic[Thing]):
+    """What came of an attempt: the thing, or None and a warning."""
+
+    thing: Thing | None = None
+    warnings: tuple[str, ...] = ()
+
+
+class Compose(Protocol):
+    """What makes the report once the last files and warnings are known."""
+
+    def __call__(self, *, files: Sequence[str], warnings: Sequence[str]) -> Report:
+        """Return the report of a run.
+
+        Args:
+            files: All files of the run.
+            warnings: What could not be drawn.
+        """
 
 
 def write_looks(
-    bed: Bed, report: Report, folder: Path, name: str, watch: Stopwatch, *, page: bool, picture: bool
+    bed: Bed, compose: Compose, folder: Path, name: str, watch: Stopwatch, *, page: bool, picture: bool
 ) -> Report:
     """Write ``report.json``, page and pictures of a bed whose other files are written.
 
     Args:
         bed: The bed.
-        report: All that is known of it, but for its files and the time that these take.
+        compose: What makes the report.
         folder: Where the files are.
         name: What the bed is called.
         watch: What times the stages.
@@ -42,22 +62,25 @@ def write_looks(
     Raises:
         OSError: ``report.json`` cannot be written.
     """
-    warnings: list[str] = []
+    drawn: _Made[tuple[Path, ...]] = _Made()
+    view: _Made[dict[str, Any]] = _Made()
     if picture:
         with watch.stage("picture"):
-            _tried(lambda: _pictures(folder), "", warnings)
-    view = None
+            drawn = _tried(lambda: _pictures(folder), "")
     if page:
         with watch.stage("page"):
-            view = _tried(lambda: _view(bed), f"no {PAGE}: ", warnings)
+            view = _tried(lambda: _view(bed), f"no {PAGE}: ")
+    warnings = (*drawn.warnings, *view.warnings)
     listed = (*list_files(folder), MANIFEST)
-    listed_too = () if view is None else (PAGE,)
-    said = report.warnings
-    report = replace(report, timings=watch.seconds, files=(*listed, *listed_too), warnings=(*said, *warnings))
+    shown = view.thing
+    report = compose(files=listed if shown is None else (*listed, PAGE), warnings=warnings)
     report.write(folder / MANIFEST)
+    if shown is None:
+        return report
     # The page shows what report.json says: it comes last.
-    if view is not None and _tried(lambda: _page(folder, name, view), f"no {PAGE}: ", warnings) is None:
-        report = replace(report, files=listed, warnings=(*said, *warnings))
+    written = _tried(lambda: _page(folder, name, shown), f"no {PAGE}: ")
+    if written.thing is None:
+        report = compose(files=listed, warnings=(*warnings, *written.warnings))
         report.write(folder / MANIFEST)
     return report
 
@@ -81,15 +104,14 @@ def _page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:
     return write_page(folder, name, view)
 
 
-def _tried(make: Callable[[], Made], what: str, warnings: list[str]) -> Made | None:
-    """Return what a function makes; None, and a warning, where it fails in whatever way."""
+def _tried(make: Callable[[], Thing], what: str) -> _Made[Thing]:
+    """Return what a function makes; a warning where it fails in whatever way."""
     try:
-        return make()
+        return _Made(make())
     except Exception as error:
         if stop_seen():  # compiled code makes another error of it
             raise KeyboardInterrupt from error
         if os.environ.get(DEBUG_VARIABLE):
             traceback.print_exc()
         kind = "" if isinstance(error, PackgenError) else f"{type(error).__name__}: "
-        warnings.append(f"{what}{kind}{error}; all else is written")
-        return None
+        return _Made(warnings=(f"{what}{kind}{error}; all else is written",))

@@ -190,4 +190,5 @@ def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
         np.asarray(scene.gravity_direction, float) * scene.gravity,
         scene.tolerance,
         provenance,
+        spheres.body_index,
     )  # fmt: skip

@@ -9,12 +9,14 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import packgen.container
 from packgen.cli import main
 from packgen.errors import PackgenError, PackingError, SolverError
 from tests.beds import cubic_lattice, make_bed
@@ -402,3 +404,59 @@ def test_a_periodic_box_that_a_format_refuses_ends_the_run_before_it_starts(tmp_
     assert main(["seam.yaml", "--export", "yade"]) == 2
     assert "yade: the box wraps around along some axes only" in capsys.readouterr().err
     assert os.listdir() == ["seam.yaml"]
+
+
+@pytest.mark.parametrize("given", [None, 1, 3])
+def test_threads_are_for_the_measures_and_change_no_number(scene, core, monkeypatch, given):
+    pools = []
+
+    class Pool(ThreadPoolExecutor):
+        def __init__(self, workers):
+            pools.append(workers)
+            super().__init__(workers)
+
+    core()
+    monkeypatch.setattr("packgen.report.ThreadPoolExecutor", Pool)
+    arguments = [] if given is None else ["--threads", str(given)]
+    assert main([scene, "--quiet", "--no-report", *arguments]) == 0
+    assert pools == [given or 2]
+    one = report_of()
+    assert main([scene, "--quiet", "--no-report"]) == 0
+    two = report_of()
+    for each in (one, two):
+        del each["timings"], each["peak_memory"]
+    assert one == two
+
+
+def test_help_says_what_uses_threads(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "threads for the measures" in said
+    assert "projection, the default, arranges on one core" in said
+
+
+def test_warnings_of_every_stage_are_in_the_report_in_the_order_of_the_stages(
+    scene, core, capsys, monkeypatch
+):
+    core()
+    load = packgen.container.load_container
+    monkeypatch.setattr(
+        "packgen.container.load_container", lambda given, warn: (warn("mended"), load(given))[1]
+    )
+    monkeypatch.setattr("packgen.filling.softness.check_softness", lambda *_, **__: ["soft"])
+    monkeypatch.setattr("packgen.page.view_data", lambda *_: 1 / 0)
+    assert main([scene, "--quiet"]) == 0
+    assert [line[:14] for line in report_of()["warnings"]] == ["mended", "soft", "no report.html"]
+    said = [line[:24] for line in capsys.readouterr().err.splitlines()]
+    assert said == [f"packgen: warning: {each}" for each in ("soft", "mended", "soft", "no rep")]
+
+
+def test_what_was_mended_is_said_once_before_the_error_that_it_may_explain(scene, core, capsys, monkeypatch):
+    core(PackingError("nothing fits"))
+    load = packgen.container.load_container
+    monkeypatch.setattr(
+        "packgen.container.load_container", lambda given, warn: (warn("mended"), load(given))[1]
+    )
+    assert main([scene, "--quiet"]) == 2
+    assert capsys.readouterr().err.splitlines() == ["packgen: warning: mended", "packgen: nothing fits"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exporters import lammps, liggghts
-from exporters.walls.facets import lammps_regions as lammps_walls
+from exporters.walls import lammps_regions as lammps_walls
 from packgen.bed import Cone, Material, Polyhedron
 from packgen.errors import ExportError
 from tests.beds import box_container, make_bed, make_container

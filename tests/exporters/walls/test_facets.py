@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from exporters.walls import facets as walls
-from exporters.walls.facets import slivers
+from exporters.walls import slivers
 from exporters.walls.stl import write_stl
 from packgen.bed import Ball, Box, Cone, Mesh, Surface
 from packgen.errors import ExportError

@@ -1,0 +1,76 @@
+"""All that is decided before the first sphere is placed, so that nothing is missing after a long run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from packgen.cli.exports import Format, export_settings
+from packgen.cli.names import refuse_unreadable
+from packgen.cli.options import RunOptions
+from packgen.errors import PackgenError
+
+if TYPE_CHECKING:
+    from packgen.scene import Scene
+
+DEFAULT_SOLVER = "liggghts"
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a run is to do.
+
+    Attributes:
+        scene: The scene, with the seed that counts.
+        formats: What to write, by name, in order.
+        solvers: The solvers that have to confirm the bed.
+        target: The result folder.
+    """
+
+    scene: Scene
+    formats: Mapping[str, Format]
+    solvers: tuple[str, ...]
+    target: Path
+
+
+def make_plan(options: RunOptions) -> Plan:
+    """Read the scene and find exporters and solvers.
+
+    Raises:
+        PackgenError: The scene is wrong, or a name is unknown, or a solver is missing.
+    """
+    from packgen.scene import load_scene
+
+    solvers = _solvers(options.solver, validate=options.validate)
+    formats = _formats((*options.export, *solvers), options.export_option, options.templates)
+    if options.templates is not None and not options.templates.is_dir():
+        raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
+    scene = load_scene(options.scene)
+    if options.seed is not None:
+        scene = replace(scene, seed=options.seed)
+    refuse_unreadable([options.target.resolve().name])
+    return Plan(scene, formats, solvers, options.target)
+
+
+def _solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:
+    """Return the solvers that have to confirm the bed, all of which are there."""
+    if given and not validate:
+        raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")
+    if not validate:
+        return ()
+    from packgen.validation import find_solver
+
+    solvers = given or (DEFAULT_SOLVER,)
+    for solver in solvers:
+        find_solver(solver)
+    return solvers
+
+
+def _formats(names: tuple[str, ...], given: tuple[str, ...], templates: Path | None) -> dict[str, Format]:
+    import exporters
+
+    chosen = {name: exporters.get(name) for name in dict.fromkeys(names)}
+    settings = export_settings(chosen, given, templates)
+    return {name: Format(exporter, settings[name]) for name, exporter in chosen.items()}
