@@ -16,6 +16,11 @@ RADIUS = 0.05
 LOGNORMAL = {"radius_distribution": "lognormal", "radius_median": RADIUS, "sigma": 0.25,
              "radius_min": 0.027, "radius_max": 0.093}  # fmt: skip
 SIZES = {"constant": constant(RADIUS), "lognormal": LOGNORMAL}
+# Solid fraction of the core of a bed 32 radii wide, and how far one bed may be off: four standard deviations.
+CORES = {  # 21 seeds each
+    "constant": {"x": (0.6145, 0.007), "xy": (0.6157, 0.007), "xyz": (0.6100, 0.005)},  # +- 0.0017, 16, 12
+    "lognormal": {"x": (0.6273, 0.0125), "xy": (0.6280, 0.0125), "xyz": (0.6240, 0.010)},  # +- 0.0031, 30, 25
+}
 
 
 def periodic_box(axes, low=(0, 0, 0), high=(1, 1, 1)):
@@ -125,17 +130,18 @@ def test_boxes_too_narrow_for_their_period_and_adam_are_refused_at_once(tmp_path
 
 
 @pytest.mark.physics
-@pytest.mark.parametrize("sizes", SIZES.values(), ids=SIZES)
+@pytest.mark.parametrize("sizes", SIZES)
 @pytest.mark.parametrize("axes", ["x", "xy", "xyz"])
 def test_the_seam_is_as_dense_as_the_middle(tmp_path, axes, sizes):
     found = []
+    core, scatter = CORES[sizes][axes]
     for seed in range(3):
         container = periodic_box(axes, high=(1.6, 1.6, 1.6))
-        result = pack(*read_scene(tmp_path, container, sizes, seed=seed))
+        result = pack(*read_scene(tmp_path, container, SIZES[sizes], seed=seed))
         assert_sound(result)
-        assert solid_fraction(result.bed).core == pytest.approx(0.61, abs=0.02)
+        assert solid_fraction(result.bed).core == pytest.approx(core, abs=scatter)
         found += [slab_fractions(result.bed, axis, 16) for axis in range(3) if "xyz"[axis] in axes]
     found = np.array(found)
     scatter = found.std() / math.sqrt(len(found))
     assert found.mean(axis=0)[0] == pytest.approx(found.mean(), abs=4.0 * scatter)
-    assert 4.0 * scatter < 0.025
+    assert 4.0 * scatter < 0.02  # 21 seeds, three a time: 0.004 along three axes to 0.015 along one

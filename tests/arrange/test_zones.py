@@ -66,10 +66,11 @@ def across(axis, low, high):
 def test_a_zone_that_is_full_already_takes_no_more_spheres(tmp_path, small_first):
     radii = (0.025, 0.04) if small_first else (0.04, 0.025)
     sets = [{"name": name, **constant(radius)} for name, radius in zip("ab", radii, strict=True)]
-    zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 30}]
+    zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 60}]
     result = run_scene(tmp_path, {"cylinder": {"radius": 0.2, "height": 0.4}}, sets, zones=zones)
     assert result.zones[0].placed > 50
-    assert result.zones[1].placed < (1 if small_first else 30)
+    # Small ones find gaps at the walls and under the lid. 24 seeds: 23 +- 4 of 60.
+    assert result.zones[1].placed < (1 if small_first else 40)
 
 
 def test_zones_side_by_side_both_fill_from_their_floor(tmp_path):
@@ -94,7 +95,7 @@ def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):
     bed = run_scene(tmp_path, vessel, constant(0.015), zones=zones).bed
     low, high = altitudes(bed, 1)
     assert low < 1e-4
-    assert high > 0.3 - 0.015
+    assert high > 0.289  # 20 seeds: 0.2977 +- 0.0021
 
 
 @pytest.mark.parametrize(
@@ -140,8 +141,10 @@ def test_either_optimizer_fills_what_an_earlier_zone_leaves_free(tmp_path, optim
     alone = run_scene(tmp_path, TUBE, constant(0.018), params=params).bed
     result = run_scene(tmp_path, TUBE, constant(0.018), params=params, zones=[{"location": location}, {}])
     assert_sound(result)
-    assert result.zones[1].placed > 0.3 * alone.count
-    assert result.bed.count > 0.85 * alone.count
+    # The border between the zones costs room. 20 seeds: 0.95 +- 0.016 beside and 0.89 +- 0.015 around,
+    # of which the later zone has 0.51 +- 0.01 and 0.69 +- 0.03.
+    assert result.zones[1].placed > 0.45 * alone.count
+    assert result.bed.count > 0.83 * alone.count
 
 
 @pytest.mark.parametrize("fine", [0.004, 0.006])
@@ -170,9 +173,10 @@ def test_a_zone_below_and_above_a_bed_that_hangs_fills_both(tmp_path):
     zones = [zone_of(0, 2, hangs), zone_of(1, 2)]
     bed = run_scene(tmp_path, box([-0.1, -0.1, 0], [0.1, 0.1, 0.4]), sets, zones=zones).bed
     own = bed.position[bed.zone_index == 1, 2]
-    for low, high in ((0.0, 0.06), (0.23, 0.4)):
+    # 20 seeds: 0.45 +- 0.04 below, where three beds lack a layer (0.37), and 0.546 +- 0.003 above.
+    for low, high, filled in ((0.0, 0.06, 0.30), (0.23, 0.4, 0.535)):
         count = ((own > low) & (own < high)).sum()
-        assert count * 4 / 3 * np.pi * 0.008**3 > 0.45 * 0.04 * (high - low)
+        assert count * 4 / 3 * np.pi * 0.008**3 > filled * 0.04 * (high - low)
 
 
 def test_a_zone_beside_a_tower_under_a_lid_that_leans_over_fills_up_to_it(tmp_path):
