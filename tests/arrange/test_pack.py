@@ -79,12 +79,11 @@ def test_beds_are_equally_dense_along_any_gravity_at_any_place_and_scale(tmp_pat
         assert result.bed.count == 3500
         return core_density(result.bed, scale, shift)
 
-    reference = density()
-    assert 0.58 < reference < 0.64
-    for axis in ("x", "-x", "y", "-y", "-z"):
-        assert density(gravity_axis=axis) == pytest.approx(reference, abs=0.01)
-    assert density(scale=1e-3, shift=5.0) == pytest.approx(reference, abs=0.01)
-    assert density(scale=1e3, shift=-5.0) == pytest.approx(reference, abs=0.01)
+    # 21 seeds: 0.6173 +- 0.0037; along x, along -z, and small and far away 8 each: 0.617, 0.616, 0.615
+    for axis in ("z", "x", "-x", "y", "-y", "-z"):
+        assert density(gravity_axis=axis) == pytest.approx(0.6165, abs=0.015)
+    assert density(scale=1e-3, shift=5.0) == pytest.approx(0.6165, abs=0.015)
+    assert density(scale=1e3, shift=-5.0) == pytest.approx(0.6165, abs=0.015)
 
 
 def test_the_smoothest_material_of_a_zone_decides_how_densely_it_is_packed(tmp_path):

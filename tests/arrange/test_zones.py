@@ -99,25 +99,25 @@ def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "location",
-    [
-        {"cylinder": {"base": [0.5, 0.5, 0], "radius": 0.25, "height": 1.0}},
-        {"box": {"min": [0, 0, 0], "max": [0.5, 1, 1]}},
-        {"sphere": {"center": [0.5, 0.5, 0.6], "radius": 0.3}},
-        {"slice": {"axis": "z", "min_bound": 0.4, "max_bound": 0.6}},
+    ("location", "share"),
+    [  # 20 seeds, of the spheres of the vessel alone:
+        ({"cylinder": {"base": [0.5, 0.5, 0], "radius": 0.25, "height": 1.0}}, 0.955),  # 0.982 +- 0.006
+        ({"box": {"min": [0, 0, 0], "max": [0.5, 1, 1]}}, 0.955),  # 0.987 +- 0.007
+        ({"sphere": {"center": [0.5, 0.5, 0.6], "radius": 0.3}}, 0.925),  # 0.968 +- 0.010
+        ({"slice": {"axis": "z", "min_bound": 0.4, "max_bound": 0.6}}, 0.8),  # below it: 0.911 +- 0.026
     ],
-    ids=lambda each: next(iter(each)),
+    ids=lambda each: next(iter(each)) if isinstance(each, dict) else "",
 )
-def test_the_rest_of_a_vessel_fills_from_its_floor_around_an_earlier_zone(tmp_path, location):
+def test_the_rest_of_a_vessel_fills_from_its_floor_around_an_earlier_zone(tmp_path, location, share):
     alone = run_scene(tmp_path, CUBE, constant(0.05)).bed
     bed = run_scene(tmp_path, CUBE, constant(0.05), zones=[{"location": location}, {}]).bed
     low, _ = altitudes(bed, 1)
     assert low < 1e-4
     if "slice" in location:  # a bed that hangs right across: the later zone fills up to it
         below = bed.position[:, 2] < 0.35
-        assert below.sum() > 0.9 * (alone.position[:, 2] < 0.35).sum()
+        assert below.sum() > share * (alone.position[:, 2] < 0.35).sum()
     else:
-        assert bed.count > 0.95 * alone.count
+        assert bed.count > share * alone.count
 
 
 def test_a_few_spheres_beside_an_earlier_zone_stand_on_the_floor(tmp_path):
