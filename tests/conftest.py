@@ -1,18 +1,38 @@
-"""In CI a missing solver is a failure; elsewhere a line says that the tests that run it are skipped."""
+"""Seeds are raised by ``--seed-shift``. A missing solver is a failure in CI; elsewhere a line tells of it."""
 
 from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Iterator
 
 import pytest
 
 from packgen.validation.process import SOLVERS
+from tests.seeds import raise_seeds
 
 
 def missing_solvers() -> list[str]:
     """Debian's packages of the solvers whose programs are not on the PATH."""
     return [package for program, package in SOLVERS.values() if shutil.which(program) is None]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--seed-shift",
+        metavar="N",
+        type=int,
+        default=0,
+        help="raise the seeds of all scenes by N: what the tests claim holds for any seed",
+    )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _raised_seeds(request: pytest.FixtureRequest) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        if by := request.config.getoption("--seed-shift"):
+            raise_seeds(patch, by)
+        yield
 
 
 def pytest_configure(config: pytest.Config) -> None:

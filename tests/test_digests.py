@@ -11,6 +11,9 @@ from pathlib import Path
 import pytest
 
 from tests.digests import KEPT, SCENES, digest_of
+from tests.seeds import unshifted
+
+pytestmark = unshifted
 
 ROOT = Path(__file__).resolve().parent.parent
 EXPECTED = json.loads(KEPT.read_text(encoding="utf-8"))

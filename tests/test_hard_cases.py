@@ -31,6 +31,7 @@ FEW = settings(
 )
 CUBE = box([0, 0, 0], [1, 1, 1])
 R = 0.05
+BALL, BALL_SCATTER = 0.56, 0.022  # of a ball full of spheres; 20 seeds: 0.559 +- 0.005
 
 
 def solid_fraction(result):
@@ -87,8 +88,9 @@ def test_a_slab_2_02_radii_thick_holds_one_sheet_of_spheres(tmp_path, axis):
     assert 0.6 < result.bed.count * math.pi * R**2 < 0.907
 
 
-@pytest.mark.parametrize(("axis", "least"), [("z", 17), ("x", 10)])
+@pytest.mark.parametrize(("axis", "least"), [("z", 20), ("x", 17)])
 def test_a_tube_of_one_and_a_half_diameters_fills(tmp_path, axis, least):
+    # 20 seeds: 22 upright, 21.2 +- 0.8 lying
     tube = {"cylinder": {"radius": 1.5 * R, "height": 2.0, "axis": axis}}
     assert run_scene(tmp_path, tube, constant(R)).bed.count >= least
 
@@ -177,7 +179,7 @@ def test_a_flat_sided_mesh_of_100_000_facets_is_its_sides(tmp_path):
 def test_a_finely_curved_mesh_of_80_000_facets_fills_as_its_sphere(tmp_path):
     trimesh.creation.icosphere(subdivisions=6, radius=0.6).export(tmp_path / "fine.stl")
     result = run_scene(tmp_path, {"path": "fine.stl"}, uniform(0.05, 0.06))
-    assert solid_fraction(result) == pytest.approx(0.55, abs=0.03)
+    assert solid_fraction(result) == pytest.approx(BALL, abs=BALL_SCATTER)
 
 
 AXES = ["x", "-x", "y", "-y", "z", "-z", [1, 1, 1], [0.3, -0.5, -0.2]]
@@ -187,7 +189,7 @@ AXES = ["x", "-x", "y", "-y", "z", "-z", [1, 1, 1], [0.3, -0.5, -0.2]]
 def test_gravity_along_any_direction_fills_a_ball_alike(tmp_path, direction):
     ball = {"sphere": {"radius": 0.6}}
     result = run_scene(tmp_path, ball, uniform(0.05, 0.06), gravity_axis=direction)
-    assert solid_fraction(result) == pytest.approx(0.55, abs=0.03)
+    assert solid_fraction(result) == pytest.approx(BALL, abs=BALL_SCATTER)
 
 
 def test_a_layer_whose_start_positions_coincide_is_parted():
@@ -247,4 +249,4 @@ def drawn_radii(scene):
 def test_a_scaled_shifted_and_turned_scene_gives_an_equally_good_bed(tmp_path, scale, shift, direction):
     ball = {"sphere": {"radius": 0.6 * scale, "center": [float(scale * each) for each in shift]}}
     result = run_scene(tmp_path, ball, uniform(0.05 * scale, 0.06 * scale), gravity_axis=direction)
-    assert solid_fraction(result) == pytest.approx(0.55, abs=0.03)
+    assert solid_fraction(result) == pytest.approx(BALL, abs=BALL_SCATTER)

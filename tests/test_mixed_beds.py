@@ -58,4 +58,4 @@ def test_the_last_sphere_of_broad_sizes_finds_a_place_in_a_vessel_that_is_nearly
     result = run_scene(
         tmp_path, vessel, sets, zones=[zone], materials={"smooth": {"friction": 0.05}}, seed=157
     )
-    assert result.zones[0].placed == result.zones[0].asked > 800
+    assert result.zones[0].placed == result.zones[0].asked > 800  # 863 of this seed

@@ -9,6 +9,7 @@ import torch
 from packgen.arrange.adam.batch import AdamSettings, batch_accepted, measure_batch
 from packgen.arrange.adam.objective import PlaneWalls
 from packgen.arrange.adam.zone import Surroundings, ZoneSpace, pack_zone_adam, torch_threads
+from tests.seeds import raised
 
 NOTHING = torch.empty((0, 3), dtype=torch.float64), torch.empty(0, dtype=torch.float64)
 SHORT = AdamSettings(batch_size=16, n_epoch=400, patience=30, plateau_factor=0.5, plateau_patience=5, lr=0.02)
@@ -80,14 +81,14 @@ def pack(
     space = ZoneSpace(*ends, lambda altitude: size**2, free, sample_above)
     supply, reports = supply_type(radius), []
     zone = pack_zone_adam(
-        supply, Surroundings(walls, space, down, *fixed), settings, np.random.default_rng(seed),
+        supply, Surroundings(walls, space, down, *fixed), settings, np.random.default_rng(raised(seed)),
         on_progress=reports.append, **options,
     )  # fmt: skip
     return zone, supply, reports, walls
 
 
 def radii(count, low=0.08, high=0.12, seed=1):
-    return np.random.default_rng(seed).uniform(low, high, count)
+    return np.random.default_rng(raised(seed)).uniform(low, high, count)
 
 
 def overlaps(zone, walls):

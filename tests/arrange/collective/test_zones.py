@@ -66,10 +66,11 @@ def across(axis, low, high):
 def test_a_zone_that_is_full_already_takes_no_more_spheres(tmp_path, small_first):
     radii = (0.025, 0.04) if small_first else (0.04, 0.025)
     sets = [{"name": name, **constant(radius)} for name, radius in zip("ab", radii, strict=True)]
-    zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 30}]
+    zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 60}]
     result = run_scene(tmp_path, {"cylinder": {"radius": 0.2, "height": 0.4}}, sets, zones=zones)
     assert result.zones[0].placed > 50
-    assert result.zones[1].placed < (1 if small_first else 30)
+    # Small ones find gaps at the walls and under the lid. 24 seeds: 23 +- 4 of 60.
+    assert result.zones[1].placed < (1 if small_first else 40)
 
 
 def test_zones_side_by_side_both_fill_from_their_floor(tmp_path):
@@ -94,29 +95,29 @@ def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):
     bed = run_scene(tmp_path, vessel, constant(0.015), zones=zones).bed
     low, high = altitudes(bed, 1)
     assert low < 1e-4
-    assert high > 0.3 - 0.015
+    assert high > 0.289  # 20 seeds: 0.2977 +- 0.0021
 
 
 @pytest.mark.parametrize(
-    "location",
-    [
-        {"cylinder": {"base": [0.5, 0.5, 0], "radius": 0.25, "height": 1.0}},
-        {"box": {"min": [0, 0, 0], "max": [0.5, 1, 1]}},
-        {"sphere": {"center": [0.5, 0.5, 0.6], "radius": 0.3}},
-        {"slice": {"axis": "z", "min_bound": 0.4, "max_bound": 0.6}},
+    ("location", "share"),
+    [  # 20 seeds, of the spheres of the vessel alone:
+        ({"cylinder": {"base": [0.5, 0.5, 0], "radius": 0.25, "height": 1.0}}, 0.955),  # 0.982 +- 0.006
+        ({"box": {"min": [0, 0, 0], "max": [0.5, 1, 1]}}, 0.955),  # 0.987 +- 0.007
+        ({"sphere": {"center": [0.5, 0.5, 0.6], "radius": 0.3}}, 0.925),  # 0.968 +- 0.010
+        ({"slice": {"axis": "z", "min_bound": 0.4, "max_bound": 0.6}}, 0.8),  # below it: 0.911 +- 0.026
     ],
-    ids=lambda each: next(iter(each)),
+    ids=lambda each: next(iter(each)) if isinstance(each, dict) else "",
 )
-def test_the_rest_of_a_vessel_fills_from_its_floor_around_an_earlier_zone(tmp_path, location):
+def test_the_rest_of_a_vessel_fills_from_its_floor_around_an_earlier_zone(tmp_path, location, share):
     alone = run_scene(tmp_path, CUBE, constant(0.05)).bed
     bed = run_scene(tmp_path, CUBE, constant(0.05), zones=[{"location": location}, {}]).bed
     low, _ = altitudes(bed, 1)
     assert low < 1e-4
     if "slice" in location:  # a bed that hangs right across: the later zone fills up to it
         below = bed.position[:, 2] < 0.35
-        assert below.sum() > 0.9 * (alone.position[:, 2] < 0.35).sum()
+        assert below.sum() > share * (alone.position[:, 2] < 0.35).sum()
     else:
-        assert bed.count > 0.95 * alone.count
+        assert bed.count > share * alone.count
 
 
 def test_a_few_spheres_beside_an_earlier_zone_stand_on_the_floor(tmp_path):
@@ -140,8 +141,10 @@ def test_either_optimizer_fills_what_an_earlier_zone_leaves_free(tmp_path, optim
     alone = run_scene(tmp_path, TUBE, constant(0.018), params=params).bed
     result = run_scene(tmp_path, TUBE, constant(0.018), params=params, zones=[{"location": location}, {}])
     assert_sound(result)
-    assert result.zones[1].placed > 0.3 * alone.count
-    assert result.bed.count > 0.85 * alone.count
+    # The border between the zones costs room. 20 seeds: 0.95 +- 0.016 beside and 0.89 +- 0.015 around,
+    # of which the later zone has 0.51 +- 0.01 and 0.69 +- 0.03.
+    assert result.zones[1].placed > 0.45 * alone.count
+    assert result.bed.count > 0.83 * alone.count
 
 
 @pytest.mark.parametrize("fine", [0.004, 0.006])
@@ -170,9 +173,10 @@ def test_a_zone_below_and_above_a_bed_that_hangs_fills_both(tmp_path):
     zones = [zone_of(0, 2, hangs), zone_of(1, 2)]
     bed = run_scene(tmp_path, box([-0.1, -0.1, 0], [0.1, 0.1, 0.4]), sets, zones=zones).bed
     own = bed.position[bed.zone_index == 1, 2]
-    for low, high in ((0.0, 0.06), (0.23, 0.4)):
+    # 20 seeds: 0.45 +- 0.04 below, where three beds lack a layer (0.37), and 0.546 +- 0.003 above.
+    for low, high, filled in ((0.0, 0.06, 0.30), (0.23, 0.4, 0.535)):
         count = ((own > low) & (own < high)).sum()
-        assert count * 4 / 3 * np.pi * 0.008**3 > 0.45 * 0.04 * (high - low)
+        assert count * 4 / 3 * np.pi * 0.008**3 > filled * 0.04 * (high - low)
 
 
 def test_a_zone_beside_a_tower_under_a_lid_that_leans_over_fills_up_to_it(tmp_path):

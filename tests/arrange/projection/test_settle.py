@@ -13,6 +13,7 @@ from packgen.arrange.projection.throw_back import squeezed_pairs, throw_back
 from packgen.arrange.space.seams import Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
+from tests.seeds import raised
 
 DOWN = np.array([0.0, 0.0, -1.0])
 TOLERANCE = 1e-6
@@ -27,7 +28,7 @@ CUBE = walls_of(Box([0, 0, 0], [1, 1, 1]))
 
 def crowd(count, seed=0, low=0.05, high=0.08, fixed=()):
     """Random spheres, overlapping, over a floor of fixed ones."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(raised(seed))
     ball = np.column_stack([rng.uniform(0.1, 0.9, (count, 3)), rng.uniform(low, high, count)])
     return np.concatenate([ball, np.reshape(fixed, (-1, 4))])
 
