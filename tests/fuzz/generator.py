@@ -11,8 +11,8 @@ import numpy as np
 import yaml
 
 from tests.fuzz.laws import Law, random_law
-from tests.fuzz.shapes import random_direction, random_mesh, random_primitive, save_mesh
-from tests.fuzz.solids import Array, Box, Slab, Solid
+from tests.fuzz.shapes import odd, random_direction, random_mesh, random_primitive, save_mesh
+from tests.fuzz.solids import Array, Ball, Box, Hull, Slab, Solid, Solidmesh
 
 EXPORTERS = ("liggghts", "lammps", "yade", "vtk", "csv", "cfdem", "fraction", "mfix", "mercury", "esys",
              "kratos", "geotaichi", "chrono")  # fmt: skip
@@ -105,7 +105,7 @@ def make_case(number: int, folder: Path) -> Case:
         _ask(rng, zone, laws, density, wanted / len(zones), must=adam)
     data: dict[str, Any] = {"container": spec, "gravity_axis": axis, "seed": int(rng.integers(2**31))}
     if rng.random() < 0.2:
-        data["gravity"] = float(np.exp(rng.uniform(-3.0, 3.0)))
+        data["gravity"] = float(np.exp((3.0 if odd(rng) else 1.0) * rng.uniform(-3.0, 3.0)))
     data |= {"params": params} if params else {}
     data |= {"particle_sets": sets} | _materials(rng, sets)
     if len(zones) > 1 or zones[0].spec() or rng.random() < 0.5:
@@ -123,14 +123,17 @@ def _gravity(rng: np.random.Generator) -> tuple[Any, Array]:
         axis = str(rng.choice(list(AXES))) if kind < 0.4 else "z"
         return axis, np.array(AXES[axis], float)
     down = random_direction(rng)
-    if kind < 0.85:
+    if kind < 0.87:
         down = np.eye(3)[int(rng.integers(3))] * rng.choice([-1.0, 1.0])
+    if kind > 0.85 and kind < 0.87:  # nearly along an axis
+        down = down + 10.0 ** rng.uniform(-5.0, -1.0) * random_direction(rng)
+        down = down / np.linalg.norm(down)
     length = float(np.exp(rng.uniform(-2.0, 3.0)))
     return (length * down).tolist(), down
 
 
 def _laws(rng: np.random.Generator, folder: Path) -> list[Law]:
-    low = float(10.0 ** rng.uniform(-4.0, 1.0))
+    low = float(10.0 ** (rng.uniform(-7.0, 5.0) if odd(rng) else rng.uniform(-4.0, 1.0)))
     ratio = float(np.exp(rng.uniform(0.0, np.log(20.0 if rng.random() < 0.15 else 4.0))))
     high = low if rng.random() < 0.15 else low * ratio
     count = int(rng.choice([1, 2, 3, 4], p=[0.5, 0.25, 0.15, 0.1]))
@@ -144,7 +147,7 @@ def _laws(rng: np.random.Generator, folder: Path) -> list[Law]:
 def _set_keys(rng: np.random.Generator, index: int) -> dict[str, Any]:
     keys: dict[str, Any] = {}
     if rng.random() < 0.5:
-        keys["density"] = float(np.exp(rng.uniform(np.log(50.0), np.log(2e4))))
+        keys["density"] = float(10.0 ** (rng.uniform(-3.0, 7.0) if odd(rng) else rng.uniform(1.7, 4.3)))
     if rng.random() < 0.3:
         keys["name"] = f"kind-{index}.of_{index}"
     return keys
@@ -162,6 +165,8 @@ def _params(rng: np.random.Generator) -> dict[str, Any]:
         params["batch_size"] = int(np.exp(rng.uniform(2.0, 7.0)))
     if rng.random() < 0.4:
         params["tolerance"] = [1e-3, None, 1e-6, 1e-2, 1e-9][int(rng.integers(5))]
+    if odd(rng):
+        params["tolerance"] = [1e-12, 0.1, 0.5, 0.99][int(rng.integers(4))]
     return params
 
 
@@ -186,7 +191,12 @@ def _container(
     scale = max(scale, 1.03 * widest / within)
     if periodic.any():
         scale = max(scale, (4.01 * widest / (high - low)[periodic]).max())
-    far = 100.0 if kind < 0.6 and rng.random() < 0.1 else 2.0
+    if odd(rng) and isinstance(body, Box | Ball) and not periodic.any():  # as narrow as its widest sphere
+        within = float((high - low).min()) / 2.0
+        scale = widest / within * float(rng.choice([1.0, 1.0 + 1e-12, 1.0 + 1e-6]))
+    far = 2.0
+    if kind < 0.6 and odd(rng):
+        far = float(rng.choice([100.0, 1e4, 1e5]))
     shift = rng.uniform(-far, far, 3) * scale * (rng.random() < 0.6)
     body = body.moved(scale, shift)
     if isinstance(body, Box):
@@ -200,7 +210,8 @@ def _zones(
     rng: np.random.Generator, container: Any, laws: list[Law], down: Array, folder: Path
 ) -> list[Zone]:
     """Return zones without an amount yet, each with the volume of the room that it has for itself [m3]."""
-    count = int(rng.choice([1, 2, 3], p=[0.65, 0.25, 0.1])) if not all(law.listed for law in laws) else 1
+    count = int(rng.choice([1, 2, 3, 6], p=[0.65, 0.24, 0.09, 0.02]))
+    count = 1 if all(law.listed for law in laws) else count
     places = [_location(rng, container, down, folder, index) for index in range(count)]
     low, high = container.bounds
     points = low + rng.random((POINTS, 3)) * (high - low)
@@ -230,10 +241,18 @@ def _location(
     if kind < 0.75:
         axis = int(np.argmax(np.abs(down))) if rng.random() < 0.8 else int(rng.integers(3))
         ends = np.sort(rng.uniform(-0.1, 1.1, 2))
+        if odd(rng):  # exactly the container, or a thin slice
+            ends = np.array([0.0, 1.0]) if rng.random() < 0.5 else ends[0] + np.array([0.0, 0.01])
         body: Any = Slab(axis, *(float(each) for each in low[axis] + ends * (high - low)[axis]))
         return body.spec(), body
     size = float((high - low).min() * rng.uniform(0.5, 1.2))
     middle = low + rng.uniform(0.2, 0.8, 3) * (high - low)
+    if (
+        odd(rng)
+        and not isinstance(container, Hull | Solidmesh)
+        and not any(getattr(container, "periodic", ()))
+    ):
+        return container.spec(), container
     if kind < 0.92:
         body = random_primitive(rng).moved(size, middle)
         return body.spec(), body

@@ -14,6 +14,7 @@ from tests import container_meshes as meshes
 from tests.fuzz.solids import Array, Ball, Box, Cone, Hull, Solid, Solidmesh
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
+ODD = 0.07
 FORMATS = ("stl", "stl_text", "off", "obj", "ply")
 
 
@@ -29,16 +30,21 @@ def random_axis(rng: np.random.Generator) -> Array:
     return np.asarray(np.eye(3)[int(rng.integers(3))] * (1.0 if rng.random() < 0.5 else -1.0))
 
 
+def odd(rng: np.random.Generator) -> bool:
+    """Tell whether something is to be as it seldom is: extreme, exact to the last digit, or dirty."""
+    return bool(rng.random() < ODD)
+
+
 def random_primitive(rng: np.random.Generator, up: Array | None = None) -> Box | Cone | Ball:
     """Return a primitive about the origin; cones and cylinders stand along ``up`` where it is given."""
     kind = rng.choice(["box", "cylinder", "cone", "sphere"])
     if kind == "box":
-        half = 0.5 * np.exp(rng.uniform(-0.7, 0.7, 3))
+        half = 0.5 * np.exp((4.0 if odd(rng) else 1.0) * rng.uniform(-0.7, 0.7, 3))
         return Box(-half, half)
     if kind == "sphere":
         return Ball(np.zeros(3), 0.6)
     axis = random_axis(rng) if up is None or rng.random() < 0.3 else up * rng.choice([-1.0, 1.0])
-    height, bottom, top = np.exp(rng.uniform(-0.7, 0.7, 3)) * [1.0, 0.5, 0.5]
+    height, bottom, top = np.exp((3.0 if odd(rng) else 1.0) * rng.uniform(-0.7, 0.7, 3)) * [1.0, 0.5, 0.5]
     if kind == "cylinder":
         top = bottom
     elif rng.random() < 0.3:
@@ -132,12 +138,20 @@ def save_mesh(
     corner = (mesh.vertices / UNITS[unit]).astype(np.float32)
     faces = mesh.faces[~mesh.lid]
     path = folder / f"{name}.{kind.removesuffix('_text')}"
-    _write(path, kind, corner, faces)
+    _write(path, kind, corner, _dirty(rng, faces) if odd(rng) else faces)
     spec: dict[str, Any] = {"path": path.name} | ({"units": unit} if unit != "m" else {})
     body = Solidmesh(corner.astype(float) * UNITS[unit], mesh.faces, mesh.lid)
     if not mesh.lid.any() and rng.random() < 0.15:
         return spec | {"shape": "convex_hull"}, Hull(body.vertices)
     return spec, body
+
+
+def _dirty(rng: np.random.Generator, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return facets in another order, some turned over, one there twice, one without an area."""
+    faces = rng.permutation(faces)
+    turned = rng.random(len(faces)) < rng.choice([0.0, 0.1, 0.5, 1.0])
+    faces = np.where(turned[:, None], faces[:, ::-1], faces)
+    return np.concatenate([faces, faces[:1], faces[:1, [0, 0, 1]]])
 
 
 def _write(path: Path, kind: str, corner: NDArray[np.float32], faces: NDArray[np.int64]) -> None:
