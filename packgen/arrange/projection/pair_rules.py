@@ -9,20 +9,22 @@ from packgen.bodies import in_two_bodies
 
 
 def push_lightness(radius: Float64Array, moving: int, reference: float) -> Float64Array:
-    """Return the lightness of each sphere: of a push each of a pair takes the share of its own in the sum.
+    """Return the weight w of each sphere in a push: sphere i of a pair takes w_i / (w_i + w_j) of it.
 
-    Of two that move that is one over the mass. What is fixed does not move, whatever its share; but a large
-    sphere on a bed of small fixed ones has many contacts at once, and if it took each push in full, all of
-    them together would throw it off its place again and again, until it counts as a sphere without a place.
-    Of the largest spheres each takes the ratio of the radii; of equal ones the moving one takes all.
+    The weight of a moving sphere is one over its mass. A fixed sphere does not move, but a smaller one has a
+    weight, too: a large sphere on a bed of small fixed ones has many contacts at once. If it took each push
+    in full, their sum would throw it off its place again and again, until it counts as a sphere without a
+    place. The largest sphere takes the ratio of the radii from a fixed one, all of the push from one of its
+    own size.
 
     Args:
         radius: Radii [m], shape (N,), float64.
-        moving: The first so many spheres move.
+        moving: The first ``moving`` spheres move.
         reference: Any radius [m], to keep the numbers near one.
 
     Returns:
-        Lightness, shape (N,), float64; 0 of a fixed sphere as large as the largest.
+        Weights relative to a sphere of the reference radius, shape (N,), float64; 0 for a fixed sphere as
+        large as the largest.
     """
     ratio = reference / radius
     lightness = ratio * ratio * ratio
@@ -34,17 +36,17 @@ def push_lightness(radius: Float64Array, moving: int, reference: float) -> Float
 
 
 def list_reach(radius: Float64Array, moving: int, skin: float, reference: float) -> Float64Array:
-    """Return the reach of each sphere: its radius and how far it may move while the list holds [m].
+    """Return the reach of each sphere: its radius plus the distance it may move while the list holds [m].
 
-    The margin is half the skin of the geometric mean of both radii. In one layer all move by about as much,
-    the small spheres by more of their own radii than the large ones: of margins in proportion to the radii
-    the small spheres' would be outrun at once while the large ones' fill the list with pairs that never meet.
+    The margin is half the skin of the geometric mean of both radii. All spheres of a layer move by similar
+    distances. Margins proportional to the radius would be too small for small spheres and needlessly large
+    for large ones. The geometric mean lies between.
 
     Args:
         radius: Radii [m], shape (N,), float64.
-        moving: The first so many spheres move; what is fixed reaches as far as its surface.
+        moving: The first ``moving`` spheres move; a fixed one reaches as far as its surface.
         skin: Twice the margin of a sphere of the reference radius, in units of it.
-        reference: Mean radius of what moves [m].
+        reference: Mean radius of the moving spheres [m].
 
     Returns:
         Reaches [m], shape (N,), float64.
