@@ -12,14 +12,14 @@ def share(lightness, one, other):
     return lightness[one] / (lightness[one] + lightness[other])
 
 
-def test_of_two_that_move_each_gives_way_in_inverse_proportion_to_its_mass():
+def test_two_moving_spheres_give_way_in_inverse_proportion_to_mass():
     lightness = push_lightness(np.array([0.1, 0.2]), 2, 0.15)
     assert share(lightness, 0, 1) == pytest.approx(8.0 / 9.0)
     assert share(lightness, 0, 1) + share(lightness, 1, 0) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("reference", [0.1, 1.0])
-def test_from_fixed_ones_of_its_own_size_a_sphere_takes_all_and_from_small_ones_the_ratio_of_radii(reference):
+def test_a_fixed_equal_sphere_gives_all_the_push_and_a_small_one_the_ratio_of_radii(reference):
     lightness = push_lightness(np.array([0.1, 0.1, 0.02]), 1, reference)
     assert share(lightness, 0, 1) == 1.0
     assert share(lightness, 0, 2) == pytest.approx(0.2)
