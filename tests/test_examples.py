@@ -135,6 +135,15 @@ def test_an_example_runs_to_a_complete_bed(name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.solver
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+def test_the_tube_is_confirmed_by_liggghts(tmp_path):
+    folder = tmp_path / "tube"
+    assert main([str(EXAMPLES / "tube.yaml"), "--validate", "--quiet", "-o", str(folder)]) == 0
+    assert json.loads((folder / "validation.json").read_text())["passed"] is True
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 def test_a_furnace_of_larger_spheres_stands_in_liggghts(tmp_path):
     text = (EXAMPLES / "furnace.yaml").read_text()
     # A model furnace, its mesh read in inches, with spheres 2.5 times as large for its size: at E = 1e8 Pa

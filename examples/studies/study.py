@@ -22,13 +22,13 @@ import columns
 import machine
 import output
 
+from packgen import pack
 from packgen.arrange.collective.params import Params
 from packgen.bed import Bed
 from packgen.bedfile import save_bed
 from packgen.check import check_bed
 from packgen.container import load_container
 from packgen.errors import PackgenError
-from packgen.filling.pack import pack
 from packgen.measure import solid_fraction
 from packgen.page import write_pictures
 from packgen.scene import Scene
