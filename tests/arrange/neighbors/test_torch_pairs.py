@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+from packgen.arrange.neighbors import torch_pairs as neighbors
 from packgen.arrange.neighbors.torch_pairs import (
     neighbor_pairs,
     neighbor_pairs_between,
     neighbor_pairs_between_brute_force,
     neighbor_pairs_brute_force,
 )
-from packgen.arrange.neighbors.torch_pairs import torch_pairs as neighbors
 
 
 def cloud(rng, count, *, span=4.0, center=0.0, decades=0.0, grid=0.0):
