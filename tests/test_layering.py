@@ -15,6 +15,12 @@ HEAVY = {"torch", "trimesh", "pyvista", "meshio", "matplotlib", "overlap", "numb
 SLOW_TO_LOAD = HEAVY - {"scipy", "rich", "numpy"}
 MODULES = sorted([*ROOT.glob("packgen/**/*.py"), *ROOT.glob("exporters/**/*.py")])
 LINES_MAX = 400
+ARGUMENTS_MAX = 10
+CROWDED = {
+    "packgen/arrange/adam/zone.py": {"pack_zone_adam"},
+    "packgen/arrange/collective/layers.py": {"fill_in_layers"},
+}
+"""Functions that still take more arguments than they should, by module."""
 
 
 def imports(path: Path, *, top_only: bool) -> Iterator[str]:
@@ -86,6 +92,21 @@ def test_command_line_and_scene_load_nothing_slow(path):
 @pytest.mark.parametrize("path", MODULES, ids=named)
 def test_no_module_is_too_long(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LINES_MAX
+
+
+def arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many arguments a function takes; ``*args`` and ``**kwargs`` count as one each."""
+    taken = function.args
+    named = [*taken.posonlyargs, *taken.args, *taken.kwonlyargs]
+    return len(named) + (taken.vararg is not None) + (taken.kwarg is not None)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=named)
+def test_no_function_takes_too_many_arguments(path):
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    crowded = {each.name for each in functions if arguments(each) > ARGUMENTS_MAX}
+    assert crowded <= CROWDED.get(named(path), set())
 
 
 def loaded_by(*arguments: str) -> set[str]:
