@@ -49,7 +49,7 @@ def list_reach(radius: Float64Array, moving: int, skin: float, reference: float)
 
     The margin is half the skin times sqrt(mean radius * radius). In one layer all spheres move by about as
     much. Margins proportional to the radius would be too small for small spheres and needlessly large for
-    large ones; equal margins would fill the small spheres' lists.
+    large ones; the square root is between.
 
     Args:
         radius: Radii [m], shape (N,), float64.
