@@ -18,6 +18,7 @@ HEAVY = {"torch", "trimesh", "pyvista", "meshio", "matplotlib", "overlap", "numb
 SLOW_TO_LOAD = HEAVY - {"scipy", "rich", "numpy"}
 MODULES = sorted([*ROOT.glob("packgen/**/*.py"), *ROOT.glob("exporters/**/*.py")])
 LINES_MAX = 400
+ARGUMENTS_MAX = 10
 
 
 def imports(path: Path, *, top_only: bool) -> Iterator[str]:
@@ -173,6 +174,20 @@ def test_command_line_and_scene_load_nothing_slow(path):
 @pytest.mark.parametrize("path", MODULES, ids=named)
 def test_no_module_is_too_long(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LINES_MAX
+
+
+def arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many arguments a function takes; ``*args`` and ``**kwargs`` count as one each."""
+    taken = function.args
+    named = [*taken.posonlyargs, *taken.args, *taken.kwonlyargs]
+    return len(named) + (taken.vararg is not None) + (taken.kwarg is not None)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=named)
+def test_no_function_takes_too_many_arguments(path):
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    assert [each.name for each in functions if arguments(each) > ARGUMENTS_MAX] == []
 
 
 def loaded_by(*arguments: str) -> set[str]:
