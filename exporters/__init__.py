@@ -5,7 +5,8 @@ A module may also have ``check_outlook(outlook, options)``, which refuses a scen
 
 An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
 through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
-its object anything that has the attributes, a module for example. Ours win over a plug-in of the same name.
+its object anything that has the attributes, a module for example. A built-in one wins over a plug-in of the
+same name.
 
 Example::
 
@@ -50,7 +51,7 @@ BUILTIN = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class _Complete:
-    """An exporter with all that the protocol has."""
+    """An exporter with every attribute of the protocol."""
 
     NAME: str
     Options: type[Any]
@@ -60,7 +61,7 @@ class _Complete:
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all exporters, ours first, plug-ins after them in alphabetical order."""
+    """Return the names of all exporters, built-in ones first, then plug-ins in alphabetical order."""
     return (*BUILTIN, *sorted(set(_plugins()) - set(BUILTIN)))
 
 
@@ -68,7 +69,7 @@ def get(name: str) -> Exporter:
     """Return the exporter called ``name``, complete: what it may leave out is filled in.
 
     Raises:
-        ExportError: There is none of that name, or the plug-in that offers it cannot be loaded.
+        ExportError: No exporter has that name, or the plug-in that offers it cannot be loaded.
     """
     if name in BUILTIN:
         return _completed(import_module(BUILTIN[name]))

@@ -29,7 +29,7 @@ TEMPLATES = {
 
 
 class Options(liggghts.Options):
-    """What a user may choose of a case: all that LIGGGHTS' deck has, and the coupling.
+    """Options of a case: those of LIGGGHTS' deck, and the coupling.
 
     Attributes:
         couple_every: DEM steps from one exchange with CFD to the next.
@@ -42,7 +42,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     """Write the case's DEM half into an existing folder and return the paths of its files.
 
     Raises:
-        ExportError: LIGGGHTS cannot take the bed, or not in metres.
+        ExportError: LIGGGHTS cannot take the bed, or only in another unit of length.
     """
     deck.check_exportable(bed, NAME)
     _check_size(bed, options)
@@ -59,7 +59,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:
-    """Refuse a scene whose beds LIGGGHTS cannot take, or not in metres.
+    """Refuse a scene whose beds LIGGGHTS cannot take, or only in another unit of length.
 
     Raises:
         ExportError: LIGGGHTS refuses it, or the container is too small or too large.

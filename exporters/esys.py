@@ -20,7 +20,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     """Write ``bed.geo`` into an existing folder and return its path.
 
     Raises:
-        ExportError: The bed is empty or holds what is no number.
+        ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME)
     bounds = " ".join(repr(each) for each in bed.container.bounds.ravel().tolist())

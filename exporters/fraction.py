@@ -29,7 +29,7 @@ from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
 
 NAME = "fraction"
-CELL_DIAMETERS = 3.0  # of the mean diameter: what unresolved CFD-DEM asks of a cell at least
+CELL_DIAMETERS = 3.0  # least size of a cell for unresolved CFD-DEM [mean diameters]
 CELLS_MAX = 50_000_000
 SHARE_ERROR = 1.0e-6  # of the spheres' volume
 
@@ -37,7 +37,7 @@ Float64Array = NDArray[np.float64]
 
 
 class Options(BaseModel):
-    """What a user may choose of the field.
+    """Options of the field.
 
     Attributes:
         cell_size: Size of the grid's cells [m], made a little smaller where the container's size is no
@@ -74,8 +74,8 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     """Write the field of a bed into an existing folder and return the paths of its files.
 
     Raises:
-        ExportError: The bed is empty, the mesh cannot be read or has cells of another kind, or it cannot be
-            the bed's: no sphere is in it, or more than there is.
+        ExportError: The bed is empty; the mesh cannot be read or has cells of another kind; or the mesh does
+            not fit the bed: it holds no sphere, or more than there is.
     """
     deck.check_exportable(bed, NAME)
     position, radius = with_images(bed)
@@ -93,10 +93,10 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:
-    """Refuse a grid of too many cells, and a mesh that is none or stands beside the container.
+    """Refuse a grid of too many cells, and a mesh that cannot be read or lies beside the container.
 
     Raises:
-        ExportError: The options or the container make it so.
+        ExportError: The grid has too many cells, or the mesh cannot be used.
     """
     bounds = outlook.container.bounds
     if options.mesh is not None:
@@ -105,7 +105,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
             raise _beside(options.mesh, points, bounds)
     elif options.cell_size is not None:
         _grid(bounds, options.cell_size)
-    else:  # the cells are largest where all spheres are
+    else:  # the largest spheres make the largest cells
         _grid(bounds, CELL_DIAMETERS * 2 * outlook.radius_max)
 
 
@@ -208,7 +208,7 @@ def solid_volume(bed: Bed) -> float:
 
 
 def _check_share(path: Path, field: MeshField, bed: Bed) -> None:
-    """Raise an ExportError where a mesh cannot be the bed's."""
+    """Raise an ExportError where a mesh does not fit the bed."""
     share = float(field.volume.sum()) / solid_volume(bed)
     if share > 1 + SHARE_ERROR:
         raise ExportError(
@@ -230,7 +230,7 @@ def _beside(path: Path, points: Float64Array, bounds: Float64Array) -> ExportErr
 
 
 def _tidy(solid: Float64Array) -> Float64Array:
-    """Return solid fractions without what rounding leaves below 0 and above 1."""
+    """Return solid fractions clipped to 0 to 1, which rounding may leave slightly."""
     solid = np.maximum(solid, 0.0)
     solid[np.abs(solid - 1.0) < 1e-9] = 1.0
     return solid

@@ -19,7 +19,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     """Write the files into an existing folder and return their paths.
 
     Raises:
-        ExportError: The bed is empty or holds what is no number.
+        ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME)
     paths = []

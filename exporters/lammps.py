@@ -25,12 +25,12 @@ from packgen.bed import Bed
 
 NAME = "lammps"
 IS_DECK = True
-NEIGHBORS_ONE = 2000  # LAMMPS' own most neighbours of a sphere
+NEIGHBORS_ONE = 2000  # most neighbours of a sphere, LAMMPS' default
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
 
 
 class Options(deck.DeckOptions):
-    """What a user may choose of a LAMMPS deck.
+    """Options of a LAMMPS deck.
 
     Attributes:
         timestep_fraction: Time step as a fraction of the smallest Rayleigh time.
@@ -65,8 +65,8 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     """Refuse a scene whose beds LAMMPS cannot take.
 
     Raises:
-        ExportError: A material is outside the limits, the container is none that LAMMPS has walls for, or the
-            user's folder of templates does not exist.
+        ExportError: A material is outside the limits, LAMMPS has no walls for the container, or the user's
+            folder of templates does not exist.
     """
     deck.check_templates(options.templates)
     particulate.check_materials(NAME, outlook.materials, place=outlook.place)
@@ -78,7 +78,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
 def _values(
     bed: Bed, types: contact.Types, box: lammps_data.Float64Array, options: Options
 ) -> dict[str, Any]:
-    """Return what the template places, but for the regions."""
+    """Return the values that the template places, except the regions."""
     values = particulate.common_values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
     )
@@ -140,12 +140,12 @@ def _models(bed: Bed, types: contact.Types) -> list[list[str]]:
 
 
 def tsuji_argument(restitution: float) -> float:
-    """Return what LAMMPS has to be given as restitution so that it damps as LIGGGHTS does with the true one.
+    """Return the restitution with which LAMMPS damps as LIGGGHTS does with the true one.
 
     LIGGGHTS: sqrt(5) beta sqrt(m K sqrt(R delta)) with beta = -ln e / sqrt(ln^2 e + pi^2), which is exact for
     Hertz' law (Antypov and Elliott, EPL 94 (2011) 50004); LAMMPS: alpha in place of sqrt(5) beta, with the
-    polynomial alpha of its manual's page "pair_style granular". Below e = 0.12 alpha cannot be as large, and
-    0 is returned; of e = 1 the root of alpha, just above 1.
+    polynomial alpha of its manual's page "pair_style granular". Below e = 0.12 alpha cannot be as large:
+    0 is returned. For e = 1 the root of alpha is returned, just above 1.
     """
     logarithm = np.log(max(restitution, np.finfo(float).tiny))
     wanted = -np.sqrt(5) * logarithm / np.hypot(logarithm, np.pi)

@@ -34,7 +34,7 @@ RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
 
 
 class Options(deck.DeckOptions):
-    """What a user may choose of a LIGGGHTS deck.
+    """Options of a LIGGGHTS deck.
 
     Attributes:
         walls: ``auto``: primitive walls for an axis-parallel box or cylinder, facets for all else; ``mesh``:
@@ -77,7 +77,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
-    """Return what the templates of LIGGGHTS place, for decks that are made of it and that are in SI units.
+    """Return the values that LIGGGHTS' templates place, for decks built on LIGGGHTS' own and in SI units.
 
     Raises:
         ExportError: LIGGGHTS cannot take the bed.
@@ -88,7 +88,7 @@ def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
 
 
 def length_unit(bed: Bed | Outlook, options: Options) -> float:
-    """Return the unit of length [m] of a bed's deck: 1 but for meshes that LIGGGHTS does not take."""
+    """Return the unit of length [m] of a bed's deck: 1, except for meshes that LIGGGHTS refuses then."""
     return lengths.mesh_unit(bed.container) if _has_mesh(bed, options) else 1.0
 
 
@@ -96,8 +96,8 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     """Refuse a scene whose beds LIGGGHTS cannot take.
 
     Raises:
-        ExportError: A material is outside the limits, no facet of the container is usable or too many meet,
-            or the user's folder of templates does not exist.
+        ExportError: A material is outside the limits, the container has no usable facet, too many facets
+            meet, or the user's folder of templates does not exist.
     """
     deck.check_templates(options.templates)
     particulate.check_materials(NAME, outlook.materials, restitution_min=RESTITUTION_MIN, place=outlook.place)

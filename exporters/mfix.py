@@ -35,7 +35,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     """Write ``particle_input.dat`` into an existing folder and return its path.
 
     Raises:
-        ExportError: The bed is empty or holds what is no number.
+        ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME)
     told = deck.provenance_values(bed)

@@ -43,7 +43,7 @@ class Outlook:
         """Put the place of a value of the scene before each line of an error that is raised inside.
 
         Raises:
-            ExportError: What is inside raises one.
+            ExportError: The code inside raises one.
         """
         try:
             yield

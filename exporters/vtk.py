@@ -22,7 +22,7 @@ NAME = "vtk"
 
 
 class Options(BaseModel):
-    """What a user may choose of the VTK files.
+    """Options of the VTK files.
 
     Attributes:
         unstructured: Write ``bed.vtu`` too, for meshio and other programs that read no PolyData.
@@ -37,7 +37,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     """Write the spheres and the walls of a bed into an existing folder and return the paths of the files.
 
     Raises:
-        ExportError: The bed is empty or holds what is no number.
+        ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME)
     arrays = sphere_arrays(bed)
@@ -55,7 +55,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def sphere_arrays(bed: Bed) -> Mapping[str, NDArray[Any]]:
-    """Return what is known of each sphere, by the name of its array: each of shape (N,).
+    """Return the arrays of the spheres by name, each of shape (N,).
 
     ``id`` is the index in the bed plus one and ``type`` counts materials from one, as in the solvers' decks.
     """

@@ -38,15 +38,15 @@ IS_DECK = True
 TIMESTEP_FRACTION = 0.1
 # In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
 # fractions of 0.05 and more, a sphere between 193 of them was thrown out sooner or later.
-FACETS_AT_ONCE = 25  # with which the time step need not be shorter; beyond, it is so in proportion
+FACETS_AT_ONCE = 25  # facets of a sphere that need no shorter time step; more shorten it in proportion
 TOUCHING = 1.002  # radii; within that a facet counts as touched
-DISTANCES_MAX = 20_000_000  # of spheres to facets that are looked at: the lowest spheres, where hoppers end
+DISTANCES_MAX = 20_000_000  # sphere-facet distances computed: of the lowest spheres, where hoppers end
 DISTANCES_AT_A_TIME = 1_000_000
-VERLET_SHARE = 0.2  # of the smallest radius: how far spheres move before neighbours are looked for again
+VERLET_SHARE = 0.2  # distance that spheres move before neighbours are sought again [smallest radii]
 
 
 class Options(deck.DeckOptions):
-    """What a user may choose of a YADE deck.
+    """Options of a YADE deck.
 
     Attributes:
         timestep_fraction: Time step as a fraction of the smallest Rayleigh time; None: 0.1, and less where
@@ -102,7 +102,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     """
     deck.check_templates(options.templates)
     with outlook.placed("container", "periodic"):
-        # No bed has a smaller largest sphere than that: what needs one of the largest is left to the bed.
+        # The bed's largest sphere has at least this radius. Limits of larger spheres are left to ``write``.
         _check_periodic(outlook.container, outlook.radius_min, outlook.radius_min)
     particulate.check_materials(NAME, outlook.materials, place=outlook.place)
 
@@ -116,7 +116,7 @@ def _check_periodic(container: Container, radius_min: float, radius_max: float) 
         radius_max: Largest one [m].
 
     Raises:
-        ExportError: It does.
+        ExportError: The box wraps around so.
     """
     if not any(container.periodic):
         return
@@ -190,10 +190,10 @@ def _walls(container: Container) -> tuple[list[tuple[int, float]], Float64Array]
 
 
 def facets_at_once(bed: Bed, facets: Float64Array) -> int:
-    """Return the most facets that one sphere touches: whose plane is that close, and whose box reaches it.
+    """Return the largest number of facets that one sphere touches: plane and box of each reach it.
 
     Args:
-        bed: The bed; of a large one, the lowest spheres count.
+        bed: The bed; only the lowest spheres of a large one count.
         facets: Corners of the facets [m], shape (F, 3, 3), float64.
     """
     if len(facets) == 0:
@@ -218,7 +218,8 @@ def facets_at_once(bed: Bed, facets: Float64Array) -> int:
 def flat_walls(triangles: Float64Array) -> list[tuple[int, float]]:
     """Return the planes (axis, position) that bound the container across x, y or z and are closed walls.
 
-    Such a plane may be infinite: nothing of the container is beyond it. A rim around an open top is none.
+    Such a plane may be infinite: nothing of the container is beyond it. A rim around an open top does not
+    count.
 
     Args:
         triangles: Corners of the facets [m], shape (F, 3, 3), float64.

@@ -1,4 +1,4 @@
-"""The one door through which arrays enter the project's data types, and what they are asked everywhere."""
+"""Checked read-only arrays, and small array helpers."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def unique_rows(rows: Float64Array | Int64Array) -> tuple[Int64Array, Int64Array
 
 
 def distinct(values: Int64Array) -> Int64Array:
-    """Return the different ones of some integers (N,), rising: by sorting, which is faster than by hashes."""
+    """Return the distinct values of integers (N,), rising; sorting is faster than hashing."""
     ordered = np.sort(values)
     first = np.ones(len(ordered), dtype=bool)
     np.not_equal(ordered[1:], ordered[:-1], out=first[1:])
@@ -89,10 +89,10 @@ def distinct(values: Int64Array) -> Int64Array:
 
 
 def add_at(total: NDArray[Any], index: NDArray[Any], values: Float64Array | None = None) -> None:
-    """Add values, or one each, to the places of an array that an index names, as often as it names them.
+    """Add values, or ones, to an array at the places of an index; repeated places add up.
 
-    Only the span of places between the lowest and the highest is touched: a few pairs of a large bed cost
-    what they are, not what the bed is.
+    Only the span of places between the lowest and the highest is touched: the cost of a few pairs does not
+    grow with the bed.
 
     Args:
         total: What is added to, shape (N,); changes.

@@ -30,7 +30,7 @@ __all__ = [
     "Surface", "is_askew", "with_images",
 ]  # fmt: skip
 
-SHARE_ROUNDING = 1.0e-12  # of a unit vector, along an axis: a smaller part is rounding
+SHARE_ROUNDING = 1.0e-12  # component of a unit vector along an axis; a smaller one is rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,8 @@ class Bed:
     def down(self) -> Float64Array:
         """Unit vector towards what the bed lies on, shape (3,).
 
-        Gravity without its part along periodic axes; all of it for an endless bed, -z where there is none.
+        It is gravity without its part along periodic axes, all of gravity for an endless bed, and -z without
+        gravity.
         """
         strength = float(np.linalg.norm(self.gravity))
         if strength == 0.0:
@@ -149,7 +150,7 @@ class Bed:
 
     @property
     def acceleration(self) -> Float64Array:
-        """Acceleration for the solvers [m/s2], shape (3,): that of gravity, none in an endless bed."""
+        """Acceleration for the solvers [m/s2], shape (3,): that of gravity, zero in an endless bed."""
         return np.zeros(3) if self.endless else self.gravity
 
 
@@ -164,8 +165,8 @@ def with_images(bed: Bed, along: Float64Array | None = None) -> tuple[Float64Arr
 
     Args:
         bed: The bed.
-        along: Unit vector across the planes of a slab: what a sphere has beyond a seam beside the slab counts
-            with the sphere, so that no images are made there.
+        along: Unit normal of a slab's planes. A sphere that crosses a seam beside the slab counts as a whole,
+            so that no images are made there.
 
     Returns:
         Centres [m], shape (M, 3), float64, the bed's own first; radii [m], shape (M,), float64.

@@ -73,7 +73,7 @@ def load_columns(path: Path) -> Columns:
     Raises:
         OSError: The file cannot be read.
         KeyError: A column is missing.
-        ValueError: The file is none of numpy's.
+        ValueError: The file is not one of numpy's.
         EOFError: The file ends too early.
     """
     with np.load(path) as stored:

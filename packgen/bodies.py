@@ -35,7 +35,7 @@ def are_in_rows(body_index: Int32Array) -> bool:
 
 
 def whole_bodies(chosen: BoolArray, body_index: Int32Array | None) -> BoolArray:
-    """Return which spheres are of bodies that are chosen as a whole.
+    """Return which spheres belong to bodies chosen as a whole.
 
     Args:
         chosen: Which spheres are chosen, shape (N,), bool.
@@ -48,7 +48,7 @@ def whole_bodies(chosen: BoolArray, body_index: Int32Array | None) -> BoolArray:
 
 
 def touched_bodies(chosen: BoolArray, body_index: Int32Array | None) -> BoolArray:
-    """Return which spheres are of bodies of which any sphere is chosen.
+    """Return which spheres belong to bodies with any chosen sphere.
 
     Args:
         chosen: Which spheres are chosen, shape (N,), bool.
@@ -63,7 +63,7 @@ def touched_bodies(chosen: BoolArray, body_index: Int32Array | None) -> BoolArra
 def in_two_bodies(
     first: Int32Array | Int64Array, second: Int32Array | Int64Array, body_index: Int32Array | Int64Array
 ) -> BoolArray:
-    """Return which pairs of spheres are of two bodies.
+    """Return which pairs of spheres belong to two bodies.
 
     Args:
         first: One sphere of each pair, shape (P,).

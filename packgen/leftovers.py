@@ -1,4 +1,4 @@
-"""What killed runs leave behind: told by the process that is named in it, and removed once that is gone."""
+"""Leftovers of killed runs: each names its process, and is removed once that process is gone."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _start_of(pid: int) -> int | None:
 def owner() -> str:
     """Return this process as part of a file's name: number and start of the process, machine, and its start.
 
-    A number alone would be a later process's too.
+    A later process may have the same number.
     """
     here, start = _here(), _start_of(os.getpid())
     return NOBODY if here is None or start is None else f"{os.getpid():x}-{start:x}-{here[0]}-{here[1]}"

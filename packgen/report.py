@@ -43,7 +43,7 @@ THREADS = 2
 
 
 class ZoneOutcome(Protocol):
-    """What the report needs of a zone's result."""
+    """The part of a zone's result that the report needs."""
 
     @property
     def asked(self) -> int | None:

@@ -29,9 +29,9 @@ class ResultFolder:
     As a context manager it makes a temporary sibling of the target, ``path``, for the run to write into.
     `commit` gives it the target's name; leaving the context without a commit deletes it. A folder that an
     earlier run wrote is replaced as a whole. One with foreign files is refused; with ``force`` it is set
-    aside as ``NAME.old``, so that no result of a solver is ever lost or mixed with a new bed. What killed
-    runs of this target left is tidied up first: a result that one of them was about to replace gets its name
-    back, what they had not finished is removed.
+    aside as ``NAME.old``, so that no result of a solver is ever lost or mixed with a new bed. Leftovers of
+    killed runs of this target are tidied up first. A result that one of them was about to replace gets its
+    name back; unfinished ones are removed.
 
     Args:
         target: The final name.
@@ -77,7 +77,7 @@ class ResultFolder:
 
     def __enter__(self) -> ResultFolder:
         self.notes += _recover(self.target)
-        with suppress(OSError):  # no place for temporary folders: that is for those to say who need one
+        with suppress(OSError):  # no place for temporary folders: whoever needs one reports it
             remove_scratch(Path(tempfile.gettempdir()))
         self.check()
         with held():

@@ -26,7 +26,7 @@ __all__ = [
 
 ABOVE_ZERO = "greater than 0"
 NAME_RULE = "a name of at most 64 letters (A-Z, a-z), digits, _ - or ., with a letter, digit or _ first"
-TILT_MIN = 1.0e-6  # of the largest component: a smaller one of a direction of gravity is rounding
+TILT_MIN = 1.0e-6  # component of a direction of gravity over the largest; a smaller one is rounding
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _LETTERS: dict[Any, str] = {"x": "x", "y": "y", "z": "z", 0: "x", 1: "y", 2: "z"}

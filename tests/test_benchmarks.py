@@ -312,7 +312,7 @@ def test_the_layer_period_is_the_rise_of_the_layers():
     assert homogeneity.layer_period(bed) == pytest.approx(0.1, rel=1e-2)
 
 
-def test_dense_crystals_are_crystalline_also_at_their_walls_and_random_points_are_not():
+def test_dense_crystals_count_as_crystal_up_to_their_walls_and_random_points_do_not():
     steps = np.arange(8)
     cubic = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     dense = cubic[cubic.sum(axis=1) % 2 == 0] / np.sqrt(2.0)  # face-centred cubic, spheres of diameter 1
@@ -328,7 +328,7 @@ def test_dense_crystals_are_crystalline_also_at_their_walls_and_random_points_ar
     assert np.array_equal(homogeneity.crystalline(turned, 1.0), crystal)
 
 
-def test_a_trimmed_bed_touches_and_overlaps_nothing_and_is_smaller_by_no_more_than_its_overlaps():
+def test_a_trimmed_bed_touches_without_overlap_and_shrinks_by_its_overlaps_at_most():
     rng = np.random.default_rng(3)
     bed = make_bed(1.0 + 4.0 * rng.random((60, 3)), 0.6, box_container((0.5, 0.5, 0.5), (5.5, 5.5, 5.5)))
     smaller = settled.trimmed(bed)
@@ -386,7 +386,7 @@ def test_porosity_writes_each_shell_and_holds_the_means_against_zou_and_yu(tmp_p
 
 
 @pytest.mark.parametrize(("ratio", "bulk"), [(5.0, 0.3965), (10.0, 0.3615), (20.0, 0.3768)])
-def test_de_klerk_averages_to_the_loose_packings_of_zou_and_yu_at_these_bulk_porosities(ratio, bulk):
+def test_de_klerks_mean_equals_zou_and_yus_loose_packing_at_these_bulk_porosities(ratio, bulk):
     place = (np.arange(5000) + 0.5) * 0.5 * ratio / 5000
     waves = porosity.Waves(ratio, 0.5, place, np.zeros(5000), (0.0,), bulk)
     mean = porosity.mean_of(waves, porosity.published(waves)["de Klerk"])

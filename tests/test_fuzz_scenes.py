@@ -118,7 +118,7 @@ def test_spheres_of_all_sizes_that_overlap_are_found_across_periodic_sides_too()
         assert found.max() == pytest.approx(deep[first, second].max())
 
 
-def test_a_sphere_outside_its_location_is_found_out_and_a_slice_across_gravity_bounds_centres(tmp_path):
+def test_a_sphere_outside_its_location_is_found_and_a_slice_bounds_centres(tmp_path):
     output = write_result(tmp_path)
     for location, fine in (
         (Slab(2, 1.0, 3.0), True), (Slab(2, 1.1, 3.0), False), (Slab(0, 0.0, 4.0), True),

@@ -44,7 +44,7 @@ def test_two_sizes_are_mixed_at_every_height_and_fill_each_others_voids(tmp_path
     assert np.abs(shares(bed, 4) - (1.0 - fine)).max() < 0.1
 
 
-def test_the_last_sphere_of_broad_sizes_finds_a_place_in_a_vessel_that_is_nearly_empty(tmp_path):
+def test_the_last_sphere_of_broad_sizes_finds_a_place_in_a_nearly_empty_vessel(tmp_path):
     # To the last digit a random scene whose lowest places were all inside large spheres in the end.
     coarse = uniform(0.01681448277873684, 0.033197089027122914)
     fine = uniform(0.0031669941060677477, 0.01239712135768745)

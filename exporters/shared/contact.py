@@ -16,7 +16,7 @@ import numpy as np
 from packgen.bed import Bed, Material
 from packgen.errors import ExportError
 
-STANDARD_GRAVITY = 9.80665  # m/s2; of a weightless bed's rolling stiffness
+STANDARD_GRAVITY = 9.80665  # m/s2; for the rolling stiffness of a weightless bed
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +103,9 @@ def effective_moduli(first: Material, second: Material) -> tuple[float, float]:
 
 
 def rolling_stiffness(bed: Bed, young: float, shear: float) -> float:
-    """Return 8 G sqrt(R delta) [N/m] of two mean spheres under one's own weight.
+    """Return 8 G sqrt(R delta) [N/m] of two mean spheres pressed together by the weight of one.
 
-    LIGGGHTS' rolling model epsd2 takes the tangential stiffness of each contact, other codes' a number.
+    LIGGGHTS' rolling model epsd2 takes the tangential stiffness of each contact; other codes take one number.
 
     Args:
         bed: The bed.

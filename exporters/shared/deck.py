@@ -70,7 +70,7 @@ def render(template: str, values: dict[str, Any], user_folder: Path | None = Non
 
 
 def check_templates(user_folder: Path | None) -> None:
-    """Refuse a folder of templates that is none.
+    """Refuse a folder of templates that does not exist.
 
     Raises:
         ExportError: It does not exist.
@@ -82,7 +82,7 @@ def check_templates(user_folder: Path | None) -> None:
 def comment_text(value: object) -> str:
     """Return ``value`` as text that cannot leave a comment or a quoted string of any deck.
 
-    What is no letter, digit or one of ``space . _ , : = + - / ( )`` becomes an underscore, line ends
+    Characters other than letters, digits and ``space . _ , : = + - / ( )`` become underscores, line ends
     included: ``$`` would be replaced by a solver's variable, ``&`` would continue the line.
     """
     return re.sub(r"[^A-Za-z0-9 ._,:=+\-/()]", "_", str(value))[:COMMENT_LENGTH_MAX].strip() or "_"
@@ -103,8 +103,8 @@ def check_exportable(bed: Bed, solver: str) -> None:
     """Refuse a bed that no solver can load.
 
     Raises:
-        ExportError: The bed is empty, or holds a position, radius or density that is no positive, finite
-            number.
+        ExportError: The bed is empty, a position is not finite, or a radius or density is not finite and
+            positive.
     """
     if bed.count == 0:
         raise ExportError(f"{solver}: the bed holds no spheres; {solver} cannot load an empty bed")

@@ -20,8 +20,8 @@ from packgen.bed import Bed
 
 # Both programs sort spheres by bins of half the neighbour distance and stop beyond 2^31 of them.
 SORT_BINS_MAX = 1.0e8
-SPHERES_AT_A_TIME = 65536  # written: the bed is never copied as a whole
-HEAD_ROOM = 0.25  # of the container's height, above an open rim: what a run may throw up is not lost
+SPHERES_AT_A_TIME = 65536  # written at once: the bed is never copied as a whole
+HEAD_ROOM = 0.25  # room above an open rim [container heights]: spheres that a run throws up are kept
 
 Float64Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def simulation_box(bed: Bed, *, open_top: bool) -> Float64Array:
 
 
 def box_values(bed: Bed, box: Float64Array) -> dict[str, Any]:
-    """Return what both programs' templates place of the solver's box and the neighbour search.
+    """Return the values of the solver's box and neighbour search that both programs' templates place.
 
     Args:
         bed: The bed.

@@ -21,7 +21,7 @@ import numpy as np
 
 from packgen.bed import Ball, Bed, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
 
-# A tenth of, or a factor ten above, what LIGGGHTS refuses or gets wrong.
+# Sizes that keep a factor of ten from those that LIGGGHTS refuses or gets wrong [m].
 MESH_SIZE_MIN = 1.0e-3
 MESH_SIZE_MAX = 1.0e6
 

@@ -17,7 +17,7 @@ ROWS_PER_CHUNK = 8192
 
 
 class NoOptions(BaseModel):
-    """The options of a format that has none."""
+    """Options of a format without any."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -28,7 +28,7 @@ def ids(bed: Bed, *, start: int = 1) -> NDArray[np.int64]:
 
 
 def constant(bed: Bed, value: float) -> NDArray[np.generic]:
-    """Return one number for each sphere, shape (N,), without an array of them."""
+    """Return one number repeated for each sphere, shape (N,), without a full array of it."""
     return np.broadcast_to(np.asarray(value), (bed.count,))
 
 

@@ -1,7 +1,7 @@
 """VTK's XML files, written piece by piece: arrays appended raw, or in place as base64.
 
-Files for meshio have theirs in place: its reader of appended raw arrays (5.3.5) takes one for another where
-offsets of both encodings happen to agree, as in every third bed.
+Files for meshio have their arrays in place. Its reader of appended raw arrays (5.3.5) confuses two arrays
+where the offsets of both encodings happen to agree, as in every third bed.
 
 Format: "VTK XML file formats" (docs.vtk.org), byte order and widths said in the head.
 """
@@ -165,7 +165,7 @@ def _put_array(file: BinaryIO, name: str, values: NDArray[Any], blocks: list[NDA
         return
     _put(file, f'<DataArray{_attributes(form)} format="binary">')
     data = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
-    head = np.uint64(len(data)).tobytes() + data[:1].tobytes()  # nine bytes, so that all pieces are threes
+    head = np.uint64(len(data)).tobytes() + data[:1].tobytes()  # nine bytes: no padding inside
     file.write(base64.b64encode(head))
     for start in range(1, len(data), BYTES_PER_PIECE):
         file.write(base64.b64encode(data[start : start + BYTES_PER_PIECE].data))

@@ -12,7 +12,7 @@ from packgen.bed import Surface
 SMOOTH_ANGLE_DEFAULT = 0.2562  # degrees; LIGGGHTS' own
 
 
-SMOOTH_ANGLE_MAX = 30.0  # degrees; sharper edges are edges, no triangulated curve
+SMOOTH_ANGLE_MAX = 30.0  # degrees; a sharper edge is a true edge, not part of a curve
 
 
 def smallest_angles(vertices: Float64Array, faces: NDArray[np.int64]) -> Float64Array:
@@ -23,7 +23,7 @@ def smallest_angles(vertices: Float64Array, faces: NDArray[np.int64]) -> Float64
 def smooth_angle(surface: Surface, both_sides: BoolArray | None = None) -> float:
     """Return the angle between neighbouring facets up to which they are one smooth wall [degrees].
 
-    A little more than the largest angle below 30 degrees of the hollow edges (seen from inside the
+    It is a little more than the largest angle below 30 degrees of the hollow edges (seen from inside the
     container), yet less than the smallest angle of the edges that protrude into it.
 
     Args:

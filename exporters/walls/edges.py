@@ -32,7 +32,7 @@ def edge_uses(faces: Int64Array) -> Int64Array:
 
 
 def shared_edges(faces: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """Return where each edge of exactly two facets is: places in ``edges_of(faces)``, flat, (E,) each."""
+    """Return both places in ``edges_of(faces)``, flat, of edges that exactly two facets share, (E,) each."""
     edges = edges_of(faces).reshape(-1, 2)
     key = edges[:, 0] * (int(faces.max(initial=0)) + 1) + edges[:, 1]
     order = np.argsort(key, kind="stable")

@@ -7,9 +7,9 @@ What LIGGGHTS 3.8 does with facets, and what follows (found by running it):
   is pushed by several facets at once. With a value above the angle of an edge that protrudes into the bed,
   that edge has no contact at all and spheres fall through it. `smooth_angle` therefore takes the hollow edges
   in and leaves the protruding ones.
-- At a corner where two edges, of one facet too, lie within ``curvature`` of each other it makes no contact: a
-  sphere at the corner of a baffle of two long facets, or on the tip of a slender cone, sinks in, and is
-  thrown off as soon as it meets an edge from beyond its end. Facets with such a corner that protrudes are
+- LIGGGHTS makes no contact at a corner where two edges, even of one facet, lie within ``curvature`` of each
+  other. A sphere at the corner of a baffle of two long facets, or on the tip of a slender cone, sinks in, and
+  is thrown off as soon as it meets an edge from beyond its end. Facets with such a corner that protrudes are
   made wider, too, and `smooth_angle` stays below the angles that are left there.
 - It stops at two equal facets, and at a facet with an angle below 0.0573 degrees. Facets of a flat, convex
   part of the wall are made wider (``slivers``); what is too narrow after that, and doubles, are
@@ -41,7 +41,7 @@ from packgen.errors import ExportError
 DEGENERATE_ANGLE = 1.0e-4  # degrees; narrower than that, single precision does not tell a facet from a line
 FACET_ANGLE_MIN = 0.06  # degrees; LIGGGHTS' hard limit is 0.001 rad = 0.0573 degrees
 NEIGHBORS_MAX = 5  # facets that share an edge with one facet; more stop LIGGGHTS
-CORNER_MARGIN = 1.05  # by which an angle at a protruding corner is wider than what counts as smooth
+CORNER_MARGIN = 1.05  # angle at a protruding corner over the largest smooth angle
 
 Float64Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -53,7 +53,7 @@ class Facets:
 
     Attributes:
         triangles: Corners of each facet [m], shape (F, 3, 3), float64.
-        dropped: How many facets were left out because they were degenerate, too narrow or there twice.
+        dropped: How many facets were left out because they were degenerate, too narrow or duplicates.
         open_edges: Number of edges that belong to one facet only; 0 for a closed surface.
         smooth_angle: What to give as ``curvature`` [degrees].
     """
@@ -115,7 +115,7 @@ def wall_facets(container: Container, *, angle_min: float = FACET_ANGLE_MIN) -> 
 def clean_facets(
     vertices: Float64Array, faces: NDArray[np.int64], *, angle_min: float = FACET_ANGLE_MIN
 ) -> BoolArray:
-    """Return which facets LIGGGHTS accepts: neither degenerate, nor too narrow, nor a second time the same.
+    """Return which facets LIGGGHTS accepts: neither degenerate, nor too narrow, nor a duplicate.
 
     Args:
         vertices: Corner positions [m], shape (V, 3), each position once.

@@ -15,7 +15,7 @@ from packgen.errors import ExportError
 
 SAME_NORMAL = 1.0e-4  # radians; planes closer than that, and at the same distance, are one wall
 SAME_OFFSET = 1.0e-5  # of the container's size
-PLANES_MAX = 3000  # LAMMPS asks each plane for each sphere: beyond it a deck is of no use
+PLANES_MAX = 3000  # LAMMPS tests each plane for each sphere: with more a deck is too slow to use
 
 Float64Array = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def convex_planes(shape: Polyhedron) -> tuple[Float64Array, Float64Array]:
     """Return the planes of a polyhedron, those that are the same but for rounding once.
 
     Returns:
-        Outward unit normals (P, 3), and offsets [m] (P,); of planes that are the same, the innermost.
+        Outward unit normals (P, 3), and offsets [m] (P,); the innermost of equal planes.
     """
     size = float(np.ptp(shape.surface.vertices, axis=0).max())
     center = shape.surface.vertices.mean(axis=0)

@@ -20,9 +20,9 @@ Int64Array = NDArray[np.int64]
 FLAT = 1.0e-3  # radians from facet to facet: single precision leaves a narrow facet turned by less
 ASPECT = 400.0  # length of an edge's pieces, in widths of the narrow facet: angles of 0.14 degrees
 ASPECT_OF_CORNERS = 3.0  # the same where corners have to be kept: angles of 18 degrees
-PIECES_MAX = 200  # of one edge
-AREA_LEAST = 1.0e-9  # of a facet, over the square of its longest side
-AREA_ERROR_MAX = 1.0e-5  # of a part; a part that is not convex is larger when triangulated and stays as it is
+PIECES_MAX = 200  # pieces of one edge
+AREA_LEAST = 1.0e-9  # smallest area of a facet, over the square of its longest side
+AREA_ERROR_MAX = 1.0e-5  # of a part's area; a part that is not convex gains more and stays as it is
 
 
 def widened(
@@ -37,8 +37,8 @@ def widened(
         aspect: Length that the edges' pieces get at most, in widths of the narrowest facet of a part.
 
     Returns:
-        (corners, those given first; faces; a given facet of the part that each of them lies in); all as they
-        are where no facet is narrow.
+        (corners, those given first; faces; a given facet of the part that each of them lies in); unchanged
+        where no facet is narrow.
     """
     if not narrow.any():
         return vertices, faces, np.arange(len(faces))
@@ -97,7 +97,7 @@ def _outline(faces: Int64Array) -> list[tuple[int, int]]:
 def _pieces_of_edges(
     vertices: Float64Array, faces: Int64Array, part: Int64Array, narrow: NDArray[np.bool_], aspect: float
 ) -> dict[tuple[int, int], int]:
-    """Return into how many pieces the edges around parts with narrow facets are divided."""
+    """Return the number of pieces of each edge around parts with narrow facets."""
     pieces: dict[tuple[int, int], int] = {}
     for number in np.unique(part[narrow]):
         if np.count_nonzero(part == number) < 2:
@@ -150,7 +150,8 @@ def _triangulated(vertices: Float64Array, faces: Int64Array, points: Int64Array)
     first, second, third = (plane[triangles[:, index]] for index in range(3))
     twice = (second - first)[:, 0] * (third - first)[:, 1] - (second - first)[:, 1] * (third - first)[:, 0]
     triangles[twice < 0] = triangles[twice < 0][:, ::-1]
-    # Points along a straight edge are in line but for rounding: facets of no area between them are none.
+    # Points along a straight edge are in line but for rounding: facets without area between them are left
+    # out.
     side = np.stack([second - first, third - second, first - third], axis=1)
     triangles = triangles[np.abs(twice) > AREA_LEAST * (side**2).sum(axis=2).max(axis=1)]
     wanted = float(np.linalg.norm(area, axis=1).sum())

@@ -11,7 +11,7 @@ class PaperParams(Keys):
     Attributes:
         batch_size: Spheres in one batch; None: the optimiser's own choice. Layers of projection are at least
             half a sphere thick.
-        lr: Learning rate of adam for spheres as large as the paper's, 0.1 m; it goes with their radius.
+        lr: Learning rate of adam for spheres as large as the paper's, 0.1 m; it scales with the radius.
         n_epoch: Most steps for one batch (the paper's max_steps).
         patience: Steps without progress after which adam gives a batch up.
         alpha: Weight of the overlaps (paper, eq. 5).

@@ -28,7 +28,7 @@ class Pile:
         return self._buried_count + len(self.front)
 
     def bury(self, deep: NDArray[np.bool_]) -> None:
-        """Put front spheres away that nothing will touch any more: whole bodies, no part of one."""
+        """Put away the front spheres that nothing will touch any more, in whole bodies."""
         deep = whole_bodies(deep, self.front.body_index)
         if deep.any():
             buried = self.front[deep]

@@ -10,8 +10,8 @@ from packgen.portable import components, cube
 from packgen.supply.shares import largest_remainder
 
 TRIM_SHARE = 0.05
-"""Largest share of a zone's volume of spheres that is taken out: where more is beyond the proportions, some
-sizes found no room, and to keep only what matches them would empty the zone."""
+"""Largest share of a zone's solid volume that is taken out. Where more is beyond the proportions, some sizes
+found no room, and taking out all that exceeds them would empty the zone."""
 
 
 def trimmed_to_shares(spheres: Spheres, shares: Float64Array, up: Float64Array) -> Spheres:

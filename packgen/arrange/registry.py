@@ -4,7 +4,8 @@ Each is a package with two modules: ``params`` has the pydantic model ``Params``
 ``arrange`` the function ``arrange``, from a ``Task`` to ``Spheres``. Third parties add theirs through the
 entry-point group ``packgen.algorithms``. The entry point's name is the name in the scene; its object is a
 function, or anything with the attributes ``arrange`` and ``Params``, a module for example. A function without
-``Params`` gets the scene's ``params`` as they are, as a mapping. Ours win over a plug-in of the same name.
+``Params`` gets the scene's ``params`` as they are, as a mapping. A built-in one wins over a plug-in of the
+same name.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Registered:
 
     Attributes:
         name: Its name in a scene.
-        params: The model of its ``params``; None: it takes any, as they are.
+        params: The model of its ``params``; None: it takes any.
     """
 
     name: str
@@ -48,7 +49,7 @@ class Registered:
     _plugin: Any = None
 
     def load(self) -> Algorithm:
-        """Return its function."""
+        """Return the function that arranges."""
         if self._plugin is None:
             arrange: Algorithm = import_module(f"{BUILTIN[self.name]}.arrange").arrange
             return arrange
@@ -57,7 +58,7 @@ class Registered:
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all algorithms, ours first, plug-ins after them in alphabetical order."""
+    """Return the names of all algorithms, built-in ones first, then plug-ins in alphabetical order."""
     return (*BUILTIN, *sorted(set(_plugins()) - set(BUILTIN)))
 
 
@@ -65,7 +66,7 @@ def find(name: str) -> Registered:
     """Return an algorithm by name; what it needs to run is not yet loaded.
 
     Raises:
-        PackingError: There is none of that name, or the plug-in that offers it cannot be loaded.
+        PackingError: No algorithm has that name, or the plug-in that offers it cannot be loaded.
     """
     if name in BUILTIN:
         return Registered(name, import_module(f"{BUILTIN[name]}.params").Params)

@@ -1,4 +1,4 @@
-"""The spheres placed so far: those near the surface at hand, the buried ones put away."""
+"""Spheres as columns of equal length: the result of every algorithm."""
 
 from __future__ import annotations
 

@@ -71,11 +71,11 @@ class ZoneTask:
 
     Attributes:
         index: Number of the zone.
-        place: Where the scene speaks of it.
+        place: Where the scene defines it.
         locations: What bounds it beside the container.
         supply: Its spheres.
         friction: Coefficient of sliding friction of its smoothest spheres.
-        seed: What the zone's own randomness begins with.
+        seed: Seed of the zone's own randomness.
         setting: What it shares with the other zones.
     """
 
@@ -146,7 +146,7 @@ Algorithm = Callable[[Task], Spheres]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Filled:
-    """What became of a zone.
+    """The outcome of a zone.
 
     Attributes:
         spheres: Those placed in it, batches counted from 0.

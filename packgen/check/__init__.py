@@ -82,7 +82,7 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
 
     Args:
         bed: The bed as the core left it.
-        clearance: What `wall_clearance` gives of its spheres, where it is known; shape (N,).
+        clearance: Result of `wall_clearance` for its spheres, where known; shape (N,).
 
     Returns:
         What was found; all zero for a bed without spheres.

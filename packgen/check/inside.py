@@ -3,8 +3,8 @@
 Space is cut into cells. A region of cells that no wall enters is on one side as a whole, and one point of it
 decides, by the solid angles of all triangles (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983,
 125). A point in another cell is on the side of such a region where no wall is as near as one of its cells.
-What is left counts the signed crossings of two rays, and where those leave a doubt, solid angles decide
-again.
+For the remaining points the signed crossings of two rays are counted. Where these disagree, solid angles
+decide again.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from scipy.spatial import cKDTree
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.check.pieces import candidates, piece_count, pieces
 
-CELLS_A_POINT = 250  # so many that few centres of spheres in a bed share a cell with a wall
+CELLS_A_POINT = 250  # enough that few sphere centres share a cell with a wall
 CELLS_MIN, CELLS_MAX = 20_000, 4_000_000
 PIECES_MAX = 2_000_000
 RINGS = 2  # cells around a point's own in which it looks for a region
 BLOCK_SIZE = 1_000_000  # point-triangle pairs held at a time
-# Directions that are along no edge of any mesh that people draw.
+# Directions along no edge of usual meshes.
 RAYS = np.array([[0.28365421, -0.13972153, 0.94869273], [-0.91324517, 0.36481023, -0.18119206]])
 
 
@@ -99,7 +99,7 @@ def _look_around(
 
 
 def _by_rays(corners: Float64Array, position: Float64Array) -> np.ndarray:
-    """Return whether points are inside by two rays each: one through an edge miscounts, which is told."""
+    """Return whether points are inside by two rays each; solid angles decide where one ray meets an edge."""
     first, second = (ray_winding(corners, position, ray) for ray in RAYS)
     result: np.ndarray = first == 1
     doubtful = np.flatnonzero((first != second) | ((first != 0) & (first != 1)))

@@ -85,7 +85,7 @@ def _with_images(
 ) -> tuple[Float64Array, Float64Array, Int64Array, np.ndarray]:
     """Return spheres and their images beyond the seams: position, radius, owner, and whether it is an image.
 
-    Of the two images that a pair across a seam has, only the one in the positive direction is made.
+    A pair across a seam has two images. Only the one in the positive direction is made.
     """
     periods = np.array([length or 0.0 for length in period])
     wraps = periods > 0.0

@@ -1,7 +1,7 @@
-"""Whether something holds a zone's sides: what stands free in a wider vessel collapses in the solver.
+"""Whether something holds a zone's sides: a zone that stands free in a wider vessel collapses in the solver.
 
-Spheres that lean against a zone's own side are looked at: where neither the container nor another sphere is
-beside them they slide out, and what is below them tells how far they fall. No code of the core's.
+Spheres that lean against a zone's own side are examined. Where neither the container nor another sphere is
+beside them they slide out. The room below them tells how far they fall. No code of the core's.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from packgen.check.walls import shape_clearance, wall_clearance
 from packgen.geometry import Container, Shape, Slice
 
 SIDE_STEP = 0.5
-"""By so much of its radius a sphere is moved sideways to see whether it leans against the zone's side."""
+"""Test displacement sideways, in radii, used to find spheres that lean against the zone's side."""
 
 SIDE_LEVEL = 0.6
-"""Part of that step that a side takes away from its clearance: one steeper than 37 degrees, unlike a heap."""
+"""Loss of clearance over that step that tells a side: it is steeper than 37 degrees, unlike a heap."""
 
 SIDE_SHARE, SIDE_MIN = 0.03, 3
-"""Share of the spheres at a zone's side, and number, from which the zone counts as standing free."""
+"""Share and number of the spheres at a zone's side from which the zone counts as standing free."""
 
 STACK = 2.0
-"""A sphere that would fall no farther than this once it has slid out, in largest diameters, does no harm."""
+"""Longest harmless fall of a sphere that has slid out, in largest diameters."""
 
 DIRECTIONS = 16
-"""Directions across gravity in which a zone's side is looked for."""
+"""Directions across gravity in which a zone's side is sought."""
 
 MEMBERS_MAX = 50_000
-"""Spheres of a zone among which those at its side are looked for; a sample, where it has more."""
+"""Most spheres of a zone among which those at its side are sought; of more, a sample is taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class FreeStandingZone:
         zone: Its number.
         looked_at: Spheres at its side that were looked at.
         free: How many of them could slide out and fall.
-        fall: How far they would, the median [m].
+        fall: Median distance of their fall [m].
     """
 
     zone: int
@@ -93,13 +93,13 @@ class _Side:
 
 
 def _at_the_side(bed: Bed, zone: int, shape: Shape | Slice) -> _Side:
-    """Return the spheres that lean against the side of a zone's shape, at most as many as are looked at."""
+    """Return the spheres that lean against the side of a zone's shape, at most `SAMPLE` of them."""
     flat = across_gravity(bed.down)
     member = sample(np.flatnonzero(bed.zone_index == zone), MEMBERS_MAX)
     if isinstance(shape, Slice) and shape.centers_only:
         member = member[:0]
     position, radius = _in_the_cell(bed.container, bed.position[member]), bed.radius[member]
-    # Of a shape that goes beyond a seam the image is looked at that lies in it.
+    # Where a shape crosses a seam, the image that lies in the shape is examined.
     image, clearance = position, np.full(len(position), -np.inf)
     for shift in _shifts(bed.container):
         here = shape_clearance(shape, position + shift, 2.0 * radius)
@@ -150,7 +150,7 @@ def _falls_beside(bed: Bed, zone: int, side: _Side) -> Float64Array:
     """Return how far spheres fall once they have slid out of a zone's side [m]; 0 where they cannot, (n,)."""
     position, radius, outward = side.position, side.radius, side.outward
     own = bed.radius[bed.zone_index == zone]
-    # A gap that few spheres fit into is a wall's; the hollows between other spheres are as deep as these.
+    # A gap to a wall is measured in the zone's spheres. Hollows between spheres are as deep as the largest.
     gap = FALL * 2.0 * float((own**4).sum() / (own**3).sum())
     hollow = FALL * 2.0 * float(bed.radius.max())
     steps = gap * np.arange(1, FALL_STEPS + 1) / FALL_STEPS
@@ -176,7 +176,7 @@ def _met(
     others: Float64Array,
     others_radius: Float64Array,
 ) -> np.ndarray:
-    """Tell which spheres meet one of some others within a way [m] along their directions, shape (n,)."""
+    """Tell which spheres meet another one within a distance [m] along their directions, shape (n,)."""
     met = np.zeros(len(position), dtype=bool)
     reach = 0.5 * way + float(radius.max(initial=0.0) + others_radius.max(initial=0.0))
     low, high = (

@@ -1,7 +1,7 @@
 """Whether something holds a zone up: a zone's own floor is no floor once the bed is in a solver.
 
-What stands at a zone's lower end is looked at: where much of it could fall, neither the container nor the
-rest of the bed is below. No code of the core's.
+Spheres at a zone's lower end are examined. Where many of them could fall, neither the container nor the rest
+of the bed is below. No code of the core's.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from packgen.check.walls import shape_clearance, wall_clearance
 from packgen.geometry import Shape, Slice
 
 STEP = 0.05
-"""By so much of its radius a sphere is lowered to see whether it stands on the zone's floor."""
+"""Test displacement, in radii, used to find spheres resting on the zone's floor."""
 
 LEVEL = 0.8
-"""Part of that step that a floor takes away from its clearance: one that slopes by less than 37 degrees."""
+"""Loss of clearance over that step that tells a floor: it slopes by less than 37 degrees."""
 
 FALL = 1.5
-"""A sphere that could fall farther than this, in largest diameters, hangs: hollows of a bed are less deep."""
+"""Fall, in largest diameters, from which a sphere hangs: hollows of a bed are less deep."""
 
 HANGING_SHARE = 0.2
 """Share of the spheres at a zone's lower end from which the zone counts as held by nothing."""
 
 SAMPLE = 400
-"""Spheres of a zone's lower end that are looked at."""
+"""Most spheres of a zone's lower end that are examined."""
 
 FALL_STEPS = 12
-"""Heights at which a wall below is looked for."""
+"""Heights at which a wall below is sought."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class HangingZone:
         zone: Its number.
         looked_at: Spheres at its lower end that were looked at.
         hanging: How many of them could fall.
-        fall: How far they would, the median [m].
+        fall: Median distance of their fall [m].
     """
 
     zone: int
@@ -82,7 +82,7 @@ def hanging_zones(bed: Bed, locations: Sequence[Sequence[Shape | Slice]]) -> tup
 
 
 def _at_the_floor(bed: Bed, zone: int, shapes: Sequence[Shape | Slice], down: Float64Array) -> Int64Array:
-    """Return the spheres that stand on a zone's own floor, at most as many as are looked at."""
+    """Return the spheres that stand on a zone's own floor, at most `SAMPLE` of them."""
     member = np.flatnonzero(bed.zone_index == zone)
     position, radius = bed.position[member], bed.radius[member]
     step = STEP * radius
@@ -100,7 +100,7 @@ def across_gravity(down: Float64Array) -> Float64Array:
 
 
 def sample(index: Int64Array, most: int) -> Int64Array:
-    """Return at most so many of some indices, evenly spread."""
+    """Return some of the indices, evenly spread, at most as many as asked for."""
     return np.asarray(index[np.linspace(0, len(index) - 1, min(most, len(index))).astype(np.int64)])
 
 
@@ -117,7 +117,7 @@ def falls(
         bed: The bed whose container and gravity count.
         position: Centres of the spheres [m], shape (n, 3).
         radius: Their radii [m], shape (n,).
-        others: Centres and radii of what may be below [m], shapes (k, 3) and (k,).
+        others: Centres and radii of the spheres that may be below [m], shapes (k, 3) and (k,).
         limit: How far down walls are looked for [m].
 
     Returns:

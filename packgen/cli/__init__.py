@@ -1,6 +1,6 @@
 """The command line: parser, errors, exit codes. What a run does is in ``packgen.cli.run``.
 
-This package alone knows both packgen and the exporters. What is imported here is paid for by ``--help``.
+This package alone knows both packgen and the exporters. Imports here slow down ``--help``.
 """
 
 from __future__ import annotations

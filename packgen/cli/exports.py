@@ -37,8 +37,8 @@ def export_settings(
         templates: The user's templates, for exporters that have any.
 
     Raises:
-        ExportError: A text is none of that form, or names what is not exported or no option, or its value is
-            wrong; all of them at once.
+        ExportError: A text has another form, names a format that is not exported or an unknown option, or
+            gives a wrong value; all faults at once.
     """
     values: dict[str, dict[str, Any]] = {name: {} for name in exporters}
     problems = []
@@ -113,7 +113,7 @@ def check_formats(formats: Mapping[str, Format], outlook: Outlook) -> None:
     """Let each format refuse the scene before the run.
 
     Raises:
-        ExportError: Some do; the reasons of all.
+        ExportError: Some formats refuse it; the reasons of all.
     """
     problems = []
     for name, each in formats.items():

@@ -1,4 +1,4 @@
-"""Names that no text can hold: results, pages and decks are UTF-8."""
+"""File names that are not valid text: results, pages and decks are UTF-8."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from packgen.errors import PackgenError
 
 
 def refuse_unreadable(names: Iterable[str]) -> None:
-    """Refuse names of files with bytes that are no text.
+    """Refuse names of files with bytes that are not valid text.
 
     Args:
         names: Arguments, or names of files, as Python gives them: such bytes are lone surrogates.

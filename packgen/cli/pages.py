@@ -1,4 +1,4 @@
-"""``packgen report DIR`` and ``packgen compare DIR DIR ...``: pages from what runs have left."""
+"""``packgen report DIR`` and ``packgen compare DIR DIR ...``: pages from result folders."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def run_page_command(command: str, arguments: Sequence[str], ending: Ending) -> 
         The exit code.
 
     Raises:
-        PackgenError: A folder is none that packgen wrote.
+        PackgenError: A folder was not written by packgen.
     """
     return _compare(arguments, ending) if command == "compare" else _report(arguments, ending)
 

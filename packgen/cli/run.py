@@ -38,8 +38,8 @@ class _Vessel:
 
     Attributes:
         container: The container.
-        mended: A line for each thing of its surface that was mended; said at the end, or with an error.
-        soft: A line for each material that the bed's weight presses too far; said at once.
+        mended: A line for each repair of its surface; shown at the end, or with an error.
+        soft: A line for each material that the bed's weight presses too far; shown at once.
     """
 
     container: Container
@@ -117,7 +117,7 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
 
 @contextmanager
 def _explained(warnings: Sequence[str]) -> Iterator[None]:
-    """Say warnings before an error that ends what is inside: what was mended may well be why."""
+    """Show warnings before an error that ends the code inside: a repair may well be the cause."""
     try:
         yield
     except PackgenError:
@@ -138,12 +138,12 @@ def _soft_materials(scene: Scene, container: Container, *, for_solver: bool) -> 
     try:
         return tuple(check_softness(scene, container, for_solver=for_solver))
     except SceneError:
-        checked_locations(scene, container)  # a wrong unit is the nearer cause, and is said first
+        checked_locations(scene, container)  # a wrong unit is the likelier cause: it is reported first
         raise
 
 
 def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) -> PackResult:
-    """Fill the container; what looks wrong is said while there is time to stop the run."""
+    """Fill the container; warnings are shown while there is time to stop the run."""
     from packgen.filling.pack import pack
 
     with (

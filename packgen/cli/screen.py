@@ -1,4 +1,4 @@
-"""Lines of text for the user. What cannot be shown costs the line, never the run."""
+"""Lines of text for the user. A line that cannot be shown is lost, and the run goes on."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def say(text: str, stream: TextIO) -> None:
 
 
 def show(text: str, stream: TextIO) -> None:
-    """Write text as it is. Characters that the stream has not are written as their codes.
+    """Write text as it is. Characters that the stream's encoding lacks are written as their codes.
 
     Raises:
         KeyboardInterrupt: It came while nobody read; the stream is given up.

@@ -1,4 +1,4 @@
-"""What people look at, page and pictures: made last, and never at the price of a finished bed."""
+"""Page and pictures: made last, and never at the cost of a finished bed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Thing = TypeVar("Thing")
 
 @dataclass(frozen=True, slots=True)
 class _Made(Generic[Thing]):
-    """What came of an attempt: the thing, or None and a warning."""
+    """The result of an attempt: the thing, or None and a warning."""
 
     thing: Thing | None = None
     warnings: tuple[str, ...] = ()
@@ -105,7 +105,7 @@ def _page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:
 
 
 def _tried(make: Callable[[], Thing], what: str) -> _Made[Thing]:
-    """Return what a function makes; a warning where it fails in whatever way."""
+    """Return the result of a function, or a warning where it fails in any way."""
     try:
         return _Made(make())
     except Exception as error:

@@ -13,17 +13,18 @@ from packgen.geometry import Mesh, Polyhedron, Surface
 from packgen.portable import components, length, scalar_power
 
 FLATNESS = 1.0e-6
-"""Corners this close to a hull plane (as a fraction of the extent) lie on it: float32 files round by 1e-7."""
+"""Largest distance of a corner on a hull plane, as a fraction of the extent: float32 files round by 1e-7."""
 
 PLANES_MAX = 1000
-"""A convex surface of more planes keeps its triangles: a sphere is near few of those but many planes."""
+"""Most planes of a hull. A finer surface keeps its triangles: few of those are near a sphere, but many
+planes."""
 
 EXACT_MAX = 2000
-"""Points whose hull QHULL finds exactly; more it joggles, by 1e-11 of their extent: a flat polygon of n
-corners would take it a time that goes with n squared."""
+"""Most points whose hull QHULL finds exactly. More are joggled by 1e-11 of their extent: the time for a flat
+polygon of n corners grows with n squared."""
 
 FLAT = 1.0e-9
-"""A hull of less volume (as a fraction of the extent's cube) is flat: joggling alone makes 1e-11."""
+"""Least volume of a hull that is not flat, as a fraction of the extent's cube: joggling alone makes 1e-11."""
 
 
 def enclosed_volume(vertices: Float64Array, faces: np.ndarray) -> float:
@@ -39,7 +40,7 @@ class Hull:
     Attributes:
         points: The points [m], shape (V, 3).
         middle: The middle of their bounding box [m], shape (3,).
-        found: What QHULL says of the points less their middle.
+        found: QHULL's result for the points relative to their middle.
     """
 
     points: Float64Array
@@ -52,7 +53,7 @@ class Hull:
         return float(self.found.volume)
 
     def shape(self) -> Polyhedron | Mesh:
-        """Return its planes and triangles, or only these where it is too finely curved."""
+        """Return its planes and triangles, or only the triangles where it is too finely curved."""
         used, faces = np.unique(self.found.simplices, return_inverse=True)
         surface = _outward(Surface(self.points[used], faces.reshape(-1, 3)))
         planes = _main_planes(self.found, self.points - self.middle)

@@ -10,7 +10,7 @@ from packgen.arrays import Float64Array
 from packgen.geometry import Surface
 
 SAMPLES = 128
-"""Points of a body that are looked at to tell whether it lies within another."""
+"""Points of a body that are tested to tell whether it lies within another."""
 
 
 STRICTLY = 0.9
@@ -21,7 +21,7 @@ ANGLES = 10_000_000
 
 
 POINTS = (64, 2048)
-"""Solid angles, and points at least and at most, that tell whether a surface crosses itself."""
+"""Solid angles, and least and most points, of the test whether a surface crosses itself."""
 
 
 VOLUME_POINTS = 20_000
@@ -37,7 +37,7 @@ class _Shell:
 
 
 def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
-    """Return within how many larger shells each one lies, at least in part, and which reach out of one."""
+    """Return the nesting depth of each shell, and the shells that cross a larger one."""
     from packgen.geometry.winding import winding_numbers
 
     depth, crossing = [0] * len(shells), []
@@ -58,7 +58,7 @@ def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
 
 
 def _spread_points(surface: Surface) -> Float64Array:
-    """Return `SAMPLES` points of a surface, as many on any part of it as its area has (N, 3) [m]."""
+    """Return `SAMPLES` points of a surface [m], (N, 3), spread evenly by area."""
     corners = surface.vertices[surface.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     rng = np.random.default_rng(0)
@@ -88,7 +88,7 @@ def _notes(shells: list[_Shell], depth: list[int], crossing: list[int]) -> list[
 
 
 def _self_crossings(closed: Surface) -> list[str]:
-    """Return a sentence where a surface winds round points twice or backwards, as one that crosses itself."""
+    """Return a sentence where a surface winds round points twice or backwards: it crosses itself."""
     from packgen.geometry.winding import winding_numbers
 
     low, high = closed.vertices.min(axis=0), closed.vertices.max(axis=0)

@@ -14,7 +14,7 @@ from packgen.errors import GeometryError
 from packgen.geometry import Surface
 
 TRIMESH_SUFFIXES = {".stl", ".ply", ".obj", ".off"}
-BYTES_MAX = 500_000_000  # ten million facets as a binary STL; a larger file is no wall that a bed needs
+BYTES_MAX = 500_000_000  # ten million facets as a binary STL; no bed needs larger walls
 
 
 def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[str, ...]]:
@@ -42,7 +42,7 @@ def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[s
             "coarser mesh will do"
         )
     try:
-        # Libraries print on a screen that is not theirs what their errors say anyway.
+        # Libraries print what their errors say anyway.
         with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), np.errstate(all="ignore"):
             vertices, faces = _load(path)
     except GeometryError:
@@ -85,7 +85,7 @@ def _load(path: Path) -> tuple[Float64Array, Int64Array]:
 
 
 def _whole_stl(path: Path) -> str | io.BytesIO:
-    """Return an STL file, without what stands behind its triangles; ValueError where it is cut short."""
+    """Return an STL file up to the end of its triangles; ValueError where it is cut short."""
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(84)
@@ -113,7 +113,7 @@ def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
     points = np.asarray(mesh.points, float)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
-    # A mesh of volumes has its boundary in it; the surfaces that some programs add say it again.
+    # A mesh of volumes implies its boundary. The surfaces that some programs add repeat it.
     most = max((block.dim for block in mesh.cells), default=0)
     blocks = [block for block in mesh.cells if block.dim == most]
     # Cells with points between their corners, such as triangle6, have names of their own.

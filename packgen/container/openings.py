@@ -12,10 +12,10 @@ from packgen.container.topology import boundary_edges, branching_edges
 from packgen.geometry import Surface
 
 LISTED = 3
-"""Openings that are described one by one."""
+"""Most openings that are described one by one."""
 
 CRACK = 1.0e-2
-"""Corners of open edges this close (as a fraction of the extent) are one corner that was not merged."""
+"""Largest distance of corners of open edges that are one unmerged corner, as a fraction of the extent."""
 
 EXPECTED = "expected a closed surface or one open at its top only"
 
@@ -23,7 +23,7 @@ STEEP = 0.7
 """Cosine between a rim's normal and gravity above which the rim is the top of its vessel, cut aslant."""
 
 LEVEL = 1.0e-6
-"""Rim corners whose heights differ by less (as a fraction of the extent) are level."""
+"""Largest difference in height of the corners of a level rim, as a fraction of the extent."""
 
 
 def why_no_vessel(surface: Surface, up: Float64Array) -> str:
@@ -74,7 +74,7 @@ def _openings(surface: Surface, edges: Int64Array) -> list[Int64Array]:
 
 
 def _crack_width(surface: Surface, edges: Int64Array) -> float:
-    """Return how far corners of open edges are from the next such corner [m], nine tenths of them less."""
+    """Return the distance from a corner of open edges to the next such corner [m]: the ninth decile."""
     corners = surface.vertices[np.unique(edges)]
     if len(corners) < 2:
         return np.inf
@@ -98,7 +98,7 @@ def _remedy(surface: Surface, openings: list[Int64Array], up: Float64Array, exte
     if len(openings) > 1:
         return f"{EXPECTED}: close all but the top one"
     height, rim = surface.vertices @ up, surface.vertices[np.unique(openings[0])]
-    across = np.linalg.svd(rim - rim.mean(axis=0))[2][2]  # what the rim's plane faces
+    across = np.linalg.svd(rim - rim.mean(axis=0))[2][2]  # normal of the rim's plane
     at_top = height.max() - (rim @ up).max() <= LEVEL * extent
     if at_top and abs(float(across @ up)) > STEEP:
         low, high = (rim @ up).min(), (rim @ up).max()

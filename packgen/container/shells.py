@@ -33,7 +33,7 @@ from packgen.container.topology import (
 from packgen.geometry import Surface
 
 EMPTY = 1.0e-9
-"""A shell that encloses less than this fraction of its bounding box is a sheet."""
+"""Least volume of a shell, as a fraction of its bounding box; a body that encloses less is a sheet."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

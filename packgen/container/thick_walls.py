@@ -14,7 +14,7 @@ from packgen.arrays import Float64Array
 from packgen.geometry import Surface
 
 CELLS = 48  # along each side of the box that is looked at
-SOLID_SHARE = 0.5  # of its convex hull: what fills more is no thin wall
+SOLID_SHARE = 0.5  # of its convex hull; a body that fills more has no thin walls
 
 
 def steel_remark(closed: Surface, volume: float, hull_volume: float, up: Float64Array) -> str | None:
@@ -58,7 +58,7 @@ def _held(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
     border = np.ones(free.shape[:2], dtype=bool)
     border[1:-1, 1:-1] = False
     held = np.zeros_like(free)
-    below = np.ones(free.shape[:2], dtype=bool)  # under the lowest level is the open
+    below = np.ones(free.shape[:2], dtype=bool)  # below the lowest level all is open
     for level in range(free.shape[2]):
         part, _ = label(free[:, :, level])
         leaving = np.unique(part[free[:, :, level] & (border | below)])

@@ -21,7 +21,7 @@ Fault = tuple[tuple[str | int, ...], Any, str]
 
 
 class ParameterError(ValueError):
-    """Parameters that no law of sizes has.
+    """Parameters that make no law of sizes.
 
     Attributes:
         faults: Where (names and indices), the value found, and what was expected.
@@ -64,8 +64,8 @@ class Distribution(ABC):
         """Draw radii in random order, one from each of ``count`` equally likely size classes.
 
         Stratified sampling (Cochran, Sampling Techniques, chapter 5): every sphere follows the law, and all
-        together they follow it more closely than independent draws would. Of a sieve curve's few largest
-        spheres, which hold much of the mass, the expected number comes, give or take one.
+        together they follow it more closely than independent draws would. The few largest spheres of a sieve
+        curve hold much of the mass. Their number is the expected one, give or take one.
 
         Args:
             rng: Source of randomness.
@@ -116,7 +116,7 @@ class StepLaw(Distribution):
 
     @override
     def sample(self, rng: np.random.Generator, count: int) -> Float64Array:
-        """Draw radii in random order; of each size its share of ``count``, rounded up or down.
+        """Draw radii in random order; each size has its share of ``count``, rounded up or down.
 
         Systematic sampling: equally spaced shares with one random offset, so that the numbers of each size
         are as exact as whole spheres allow and still right on average.

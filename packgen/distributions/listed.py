@@ -57,7 +57,7 @@ class Discrete(StepLaw):
 
 
 class Listed(StepLaw):
-    """Exactly the spheres of a list: as many as it has give each of them once.
+    """Exactly the spheres of a list: a draw of as many as it holds gives each of them once.
 
     Attributes:
         count: Number of spheres in the list.
@@ -98,7 +98,7 @@ class Listed(StepLaw):
 
     @override
     def sample(self, rng: np.random.Generator, count: int) -> Float64Array:
-        """Draw spheres in random order, each of the list once before any of them again."""
+        """Draw spheres in random order; each of the list comes once before any comes again."""
         whole, rest = divmod(count, self.count)
         part = rng.choice(self.radius, rest, replace=False) if rest else self.radius[:0]
         return rng.permutation(np.concatenate([np.tile(self.radius, whole), part]))

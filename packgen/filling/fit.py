@@ -1,4 +1,4 @@
-"""Whether what a scene asks for can ever fit where it is to go: said before a long run starts."""
+"""Whether the amounts of a scene can fit where they are to go: told before a long run starts."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ DENSEST = float(np.pi / np.sqrt(18.0))
 """Solid fraction that no packing of equal spheres exceeds (Hales, Ann. Math. 162, 2005, 1065)."""
 
 DENSEST_MIXED = 1.0 - (1.0 - DENSEST) ** 2
-"""The same of two sizes, the small ones in the hollows of the large: the limit of a large ratio of sizes."""
+"""The same for two sizes in the limit of a large ratio: small spheres fill the hollows of large ones."""
 
 HOLLOW_RATIO = float(1.0 + np.sqrt(2.0))
 """Ratio of radii from which a sphere fits into the octahedral hollow of the densest packing."""
 
 FEW = 8.0
-"""Volume of a zone in largest spheres below which no bound holds: one sphere may fill its vessel."""
+"""Volume of a zone [largest spheres] below which no bound holds: one sphere may fill its vessel."""
 
 POURED = 0.6
-"""Solid fraction of a bed, for the number of spheres that fill a zone."""
+"""Solid fraction assumed for the number of spheres that fill a zone."""
 
 MANY = 50_000_000
-"""Spheres from which a zone without an amount is worth a word before the run."""
+"""Number of spheres from which a zone without an amount gets a warning before the run."""
 
 VAST = 1000.0
-"""Width of a container in largest diameters from which a counted zone is worth a word before the run."""
+"""Width of a container [largest diameters] from which a counted zone gets a warning before the run."""
 
 WIDE_SHARE = 1.0e-3
-"""Share of a set's mass that may be in spheres too wide for the container before the scene is refused."""
+"""Largest share of a set's mass in spheres too wide for the container; above, the scene is refused."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +167,7 @@ class Amounts:
 def checked_locations(
     scene: Scene, container: Container, warn: Callable[[str], None] = lambda _: None
 ) -> tuple[Locations, ...]:
-    """Return what bounds each zone beside the container, once all that it asks for is known to make sense.
+    """Return the shapes that bound each zone beside the container, once what the zones ask for makes sense.
 
     Args:
         scene: The scene.

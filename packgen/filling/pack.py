@@ -31,15 +31,15 @@ PERIOD_MIN = 4.0
 
 @dataclass(frozen=True, slots=True)
 class ZoneResult:
-    """What became of a zone.
+    """The outcome of a zone.
 
     Attributes:
         asked: Spheres asked for; None: until full.
         placed: Spheres placed.
         left_over: Spheres drawn but not placed.
         locations: What bounds the zone beside the container.
-        counts: Spheres drawn of each set; None where ``asked`` is.
-        fit: How closely the spheres drawn add up to the volume or mass asked for; None: to none.
+        counts: Spheres drawn of each set; None where ``asked`` is None.
+        fit: How closely the spheres drawn add up to the volume or mass asked for; None: none was asked for.
     """
 
     asked: int | None
@@ -142,7 +142,7 @@ def _friction(scene: Scene, zone: ZoneSpec) -> float:
 
 
 def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]) -> None:
-    """Refuse a box that wraps around after so short a way that a sphere meets another one twice."""
+    """Refuse a periodic box so short that a sphere meets another one twice."""
     if not any(container.periodic):
         return
     place = f"{scene.mark('container.periodic')}: container.periodic"

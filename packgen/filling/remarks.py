@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 __all__ = ["PackedZone", "remarks"]
 
 SHARE_ERROR = 0.005
-"""Share of a set in a zone that may be missing, or too much, however many spheres the zone has."""
+"""Deviation of a set's share in a zone that is tolerated for any number of spheres."""
 
 FEW = 200
-"""Spheres of a zone below which the volumes and masses of its sets are those of single spheres, as drawn."""
+"""Number of spheres of a zone below which the volumes and masses of its sets hang on single spheres."""
 
 UNITS = {"volume": "m3", "mass": "kg"}
 
 
 class PackedZone(Protocol):
-    """What became of a zone; ``packgen.filling.pack.ZoneResult`` is one."""
+    """The outcome of a zone; ``packgen.filling.pack.ZoneResult`` is one."""
 
     @property
     def asked(self) -> int | None:
@@ -64,7 +64,7 @@ def remarks(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> tuple[str, .
     Args:
         scene: The scene.
         bed: Its bed.
-        zones: What became of its zones, in their order.
+        zones: The outcome of each of its zones, in their order.
     """
     return (
         *_hanging(scene, bed, zones),
@@ -161,8 +161,8 @@ def _as_whole_spheres_allow(
 ) -> bool:
     """Tell whether the sets of a zone are as near to their shares as whole spheres can be.
 
-    Counts may be rounded up or down. A sum of volumes or masses leaves half a sphere of each set open, a
-    number a whole one; the total that the shares are taken of is then as uncertain. Without a sum spheres are
+    Counts may be rounded up or down. A zone with a volume or mass leaves half a sphere of each set open, one
+    with a number a whole sphere. The total of the shares is then as uncertain. Without a sum spheres are
     drawn by number, and a few of a broad law are no fair sample of its volume.
 
     Args:

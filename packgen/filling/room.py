@@ -36,7 +36,7 @@ def room_of(container: Container, own: Locations, radius_min: float, radius_max:
         container: The container.
         own: What bounds the zone beside it; nothing: the whole container.
         radius_min: Smallest radius of the zone's spheres [m].
-        radius_max: Largest radius [m]: so far spheres reach beyond a slice that bounds their centres.
+        radius_max: Largest radius [m]: spheres reach that far beyond a slice that bounds their centres.
         place: Where the scene names the location, for messages.
 
     Returns:
@@ -103,9 +103,9 @@ def _check_meeting(bounds: Float64Array, container: Container, own: Locations, p
 def _share_within(shapes: Sequence[Shape | Slice], bounds: Float64Array) -> float:
     """Return the share of a box (2, 3) [m] that is within all of some shapes, by points."""
     if all(isinstance(each, Box | Slice) for each in shapes):
-        return 1.0  # they are boxes along the axes all of them, and so is what they share
+        return 1.0  # all are axis-parallel boxes, and so is their intersection
     points = bounds[0] + np.random.default_rng(0).random((POINTS, 3)) * (bounds[1] - bounds[0])
-    # The cheapest first: a mesh is asked for what the others have left.
+    # The cheapest first: a mesh tests only the points that the others leave.
     for shape in sorted(shapes, key=lambda each: isinstance(each, Mesh)):
         points = points[_within(shape, points)]
     return float(len(points) / POINTS)

@@ -1,6 +1,6 @@
 """How far a bed's own weight presses its spheres into each other, known before the first one is placed.
 
-What is assumed, and whose formulas these are:
+Assumptions and sources:
 
 - The bed is level and fills the container from below at a solid fraction of 0.6, with the amounts that the
   zones ask for; a zone without an amount is full.
@@ -47,7 +47,7 @@ __all__ = ["OVERLAP_ERROR", "OVERLAP_WARNING", "Softness", "check_softness", "so
 OVERLAP_WARNING = 0.05  # radii; a usual bound of the method of soft spheres is a few percent
 OVERLAP_ERROR = 0.5  # radii; spheres pass through each other and through walls
 SOLID_FRACTION = 0.6
-CONTACTS = 6.0  # of a sphere
+CONTACTS = 6.0  # contacts of a sphere
 FLOOR_COVERED = 0.8
 STRONG_FORCE = 4.0  # largest force over the mean one
 LEVELS = 17  # heights at which the container's volume is looked up
@@ -55,7 +55,7 @@ LEVELS = 17  # heights at which the container's volume is looked up
 
 @dataclass(frozen=True, slots=True)
 class Softness:
-    """What the spheres at a bed's foot have to bear.
+    """The load on the spheres at a bed's foot.
 
     Attributes:
         height: Height of the bed [m].
@@ -109,7 +109,7 @@ def check_softness(scene: Scene, container: Container, *, for_solver: bool) -> l
 
 
 def softness(scene: Scene, container: Container) -> Softness | None:
-    """Return what the spheres at the foot of a scene's bed have to bear; None where it has no foot."""
+    """Return the load on the spheres at the foot of a scene's bed; None where it has no foot."""
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
     solid, mass = _amounts(scene, container)
@@ -123,7 +123,7 @@ def softness(scene: Scene, container: Container) -> Softness | None:
     first, second, at_wall = max(_contacts(used, wall), key=lambda each: _compliance(*each))
     overlap = (stress * _compliance(first, second, at_wall)) ** (2 / 3)
     softest = min((first, second), key=lambda each: each.youngs_modulus).name
-    # Of a modulus of 1 Pa on both sides the compliance is the modulus that makes it 1 / Pa.
+    # The compliance at a modulus of 1 Pa on both sides equals the modulus that makes it 1 / Pa.
     alike = _compliance(replace(first, youngs_modulus=1.0), replace(second, youngs_modulus=1.0), at_wall)
     return Softness(height, stress, overlap, softest, stress * alike / OVERLAP_WARNING**1.5)
 

@@ -1,4 +1,4 @@
-"""What to say where the unit of a mesh, or of a radius, seems to be a wrong one."""
+"""Advice where the unit of a mesh, or of a radius, seems wrong."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from packgen.scene import Scene
 
 LIKELY = (3.0, 500.0)
-"""Width of a container in largest and in smallest diameters that is nothing out of the ordinary."""
+"""Usual width of a container: at least in largest diameters, at most in smallest ones."""
 
 
 def units_remark(scene: Scene, container: Container, radius_min: float, radius_max: float) -> str:

@@ -11,9 +11,9 @@ from packgen.arrays import Float64Array, add_at
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
 
-GAPS = (0.0, 0.001, 0.01, 0.05)  # of the smaller radius
+GAPS = (0.0, 0.001, 0.01, 0.05)  # largest gaps of a contact [smaller radii]
 HELD_MIN = 4  # contacts that a sphere needs to be held
-# Where pairs are counted: a decade each, overlaps below 0, up to the largest of the gaps above.
+# Bounds of the classes of gaps: a decade each, overlaps below 0, up to the largest of the gaps above.
 GAP_EDGES = (-1e-2, -1e-3, -1e-4, -1e-5, -1e-6, 0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 5e-2)
 
 

@@ -13,7 +13,7 @@ from packgen.measure.volumes import mean_diameter
 
 REACH = 4.0  # mean diameters
 STEP = 0.05  # mean diameters
-REFERENCES_MAX = 4000  # a thousandth of noise a shell needs no more
+REFERENCES_MAX = 4000  # spheres; enough for a noise of a thousandth in each shell
 SPHERES_MIN = 50  # below, g(r) is noise
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int32Array
 from packgen.bed import Bed, Material
 
-STANDARD_GRAVITY = 9.80665  # m/s2; the yardstick of a bed without gravity
+STANDARD_GRAVITY = 9.80665  # m/s2; for the weights in a bed without gravity
 
 
 def effective_modulus(first: Material, second: Material) -> float:

@@ -17,7 +17,7 @@ from packgen.measure.volumes import mean_diameter
 
 FINE_STEP, COARSE_STEP = 0.1, 0.5  # mean diameters: thickness of the shells near the wall, and beyond
 FINE_REACH = 5.0  # mean diameters: a wall's order reaches no further
-HEIGHT_MIN = 2.0  # mean diameters: a shallower part says nothing
+HEIGHT_MIN = 2.0  # mean diameters: a shallower part is not measured
 
 
 @dataclass(frozen=True, slots=True)

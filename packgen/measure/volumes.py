@@ -8,7 +8,7 @@ from packgen.arrays import Float64Array
 from packgen.check.mesh import MeshWalls
 from packgen.geometry import Ball, Cone, Container, Mesh, Surface
 
-POINTS = 20_000  # of a mesh whose shells cross
+POINTS = 20_000  # random points in a mesh whose shells cross
 
 
 def sphere_volume(radius: Float64Array) -> Float64Array:

@@ -144,7 +144,7 @@ def solver_reports(validation: Mapping[str, Any]) -> list[SolverReport]:
 
 
 def _filled(kind: Callable[..., Any], content: Mapping[str, Any]) -> Any:
-    """Return a dataclass from its JSON; numbers that JSON could not hold are no numbers again."""
+    """Return a dataclass from its JSON; numbers that JSON cannot hold become NaN again."""
     optional = {"worst_pair", "worst_wall_sphere", "worst_outside"}
     names = {each.name for each in fields(kind)}  # type: ignore[arg-type]
     return kind(

@@ -33,7 +33,7 @@ def report_folder(folder: Path) -> Path:
         The page.
 
     Raises:
-        PackgenError: The folder is none that packgen wrote.
+        PackgenError: The folder was not written by packgen.
         OSError: The page cannot be written.
     """
     report = read_report(folder)
@@ -53,7 +53,7 @@ def picture_folder(folder: Path) -> tuple[Path, ...]:
         The pictures.
 
     Raises:
-        PackgenError: The folder is none that packgen wrote, or nothing can be drawn.
+        PackgenError: The folder was not written by packgen, or nothing can be drawn.
         OSError: ``report.json`` cannot be written.
     """
     read_report(folder)
@@ -90,14 +90,14 @@ def compare_folders(folders: Sequence[Path], page: Path) -> list[tuple[str, ...]
     """Put result folders side by side in one page.
 
     Args:
-        folders: What the runs left.
+        folders: The result folders.
         page: The file to write; one that packgen wrote is replaced.
 
     Returns:
         The table of the page, with its head.
 
     Raises:
-        PackgenError: A folder is none that packgen wrote, or the file is somebody else's.
+        PackgenError: A folder was not written by packgen, or packgen did not write the file.
         OSError: The page cannot be written.
     """
     if page.exists() and b'name="generator" content="packgen' not in page.read_bytes()[:1000]:

@@ -62,7 +62,7 @@ def draw(spheres: Spheres, names: list[str], picture: Path, *, half: bool) -> No
 
 
 def _seen(position: Float64Array, radius: Float64Array, *, half: bool) -> np.ndarray:
-    """Return the spheres that may be seen, as indices; what lies deeper costs time and shows nowhere."""
+    """Return the spheres that may be seen, as indices; deeper ones would cost time and never show."""
     outer = np.zeros(len(radius), dtype=bool)
     outer[near_the_outside(position, radius, cells=2)] = True
     if not half:

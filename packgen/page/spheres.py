@@ -21,7 +21,7 @@ SHOWN_MAX = 480_000  # spheres in a page: 4.5 MB of text
 PLACES = 65_535  # steps of a coordinate in a page
 SIZES = 255  # steps of the logarithm of a radius in a page
 
-BATCHES_MAX = 4_000  # that a page tells apart
+BATCHES_MAX = 4_000  # batches that a page tells apart
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -174,7 +174,7 @@ def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> I
 
 
 def near_the_outside(position: Float64Array, radius: Float64Array, cells: int) -> Int64Array:
-    """Return the spheres at most so many cells from one without centres, (M,), int64: no other is seen."""
+    """Return the spheres within a few cells of one without centres, (M,), int64: no other is seen."""
     if len(radius) == 0:
         return np.zeros(0, dtype=np.int64)
     size = 2.5 * float(np.median(radius)) + 0.5 * float(radius.max())

@@ -1,4 +1,4 @@
-"""What only several parts of a scene together can get wrong.
+"""Faults that only several parts of a scene together can have.
 
 ``across`` looks at the plain data, so that its faults are shown together with those of single values;
 ``of_amounts`` needs the laws of size.
@@ -51,7 +51,7 @@ def _materials(data: dict[str, Any]) -> list[Fault]:
 
 
 def _names(sets: list[Any]) -> list[Fault]:
-    """Return the names that two sets share; a set without a name gets one that counts."""
+    """Return the names that two sets share; a set without a name is called by its number."""
     names = [
         each.get("name") or f"set_{index}" if isinstance(each, dict) else ""
         for index, each in enumerate(sets)

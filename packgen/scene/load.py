@@ -205,7 +205,7 @@ def _is_new(fault: Fault, faulty: dict[tuple[Any, ...], set[Any]]) -> bool:
 
 
 def _without(values: Any, keys: set[Any]) -> Any:
-    """Leave faulty keys out; lists get a stand-in, that the others can be held against them."""
+    """Leave faulty keys out; lists get a stand-in, so that the others can be checked against them."""
     if not isinstance(values, dict):
         return values
     stand_ins = {key: _stand_in(values.get(key)) for key in keys}

@@ -20,14 +20,15 @@ from packgen.supply.shares import largest_remainders
 __all__ = ["Pool", "SumFit", "fit_by_amount", "fit_by_number"]
 
 EXCHANGED_SHARE, EXCHANGES_MIN, EXCHANGES_MAX = 0.05, 4, 64
-"""Share of the spheres that are exchanged at most, and bounds of that number: the sizes stay those of the
-law. Many exchanges towards one sum would take its largest spheres only, or its smallest."""
+"""Largest share of the spheres that is exchanged, and bounds of that number: the sizes stay those of the law.
+Many exchanges towards one sum would take its largest spheres only, or its smallest."""
 
 TOTALS_MIN = 8
-"""Totals that are looked at above and below the expected one, at least; two more for each set."""
+"""Least number of totals tried above and below the expected one; two more for each set."""
 
 TOLD = 1.0e-6
-"""Share of an amount below which a sum counts as met: of broad laws the smallest sphere is far less."""
+"""Error, as a share of an amount, below which a sum counts as met: the smallest sphere of a broad law is far
+less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class SumFit:
         by: ``volume`` or ``mass``.
         wanted: The amount asked for [m3 or kg].
         found: The sum of the spheres drawn [m3 or kg].
-        limit: Half the smallest sphere: no nearer can be asked of whole spheres [m3 or kg].
+        limit: Half the smallest sphere, the error that whole spheres allow [m3 or kg].
         shared: Whether several sets share the sum.
     """
 
@@ -80,7 +81,7 @@ class Pool:
         Args:
             chosen: Radii of the spheres drawn [m], shape (k,).
             spare: Radii of others of the same law [m], shape (m,).
-            density: What a volume counts: 1, or the density [kg/m3].
+            density: Factor on volumes: 1, or the density [kg/m3].
             once: Whether each spare sphere exists only once, as those of a file do.
         """
         self.radius = np.concatenate([chosen, spare])
@@ -123,7 +124,7 @@ class Pool:
     def fit(self, wanted: float) -> None:
         """Add, remove and exchange spheres until they add up to ``wanted`` to half the smallest.
 
-        Only where spheres exist once can they run out before the sum is met.
+        Spheres can run out before the sum is met only where each exists once.
         """
         missing, limit = wanted - self.total, 0.5 * self.smallest
         scarce = self._once and len(self._usable) > 0
@@ -164,7 +165,7 @@ class Pool:
         return _Move(float(target[best] - weight[near[best]]), int(out[best]), int(into[near[best]]))
 
     def apply(self, move: _Move) -> None:
-        """Move the spheres of a move."""
+        """Carry out a move."""
         if move.removed is not None:
             self._keep[move.removed] = False
         if move.added is not None:
@@ -216,7 +217,7 @@ def _nearest_counts(pools: Sequence[Pool], shares: Float64Array, count: int, wan
     possible = (counts <= there).all(axis=1)
     totals, counts = totals[possible], counts[possible]
     found = sum(each[column] for each, column in zip(sums, counts.T, strict=True))
-    # Of totals that come equally near the expected one is taken: rounding must not choose.
+    # The expected total wins over others that come equally near: rounding must not choose.
     off = np.abs(found - wanted)
     near = off <= off.min() + 1e-12 * wanted
     best = np.flatnonzero(near)[np.argmin(np.abs(totals[near] - count))]

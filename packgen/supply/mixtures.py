@@ -8,7 +8,7 @@ from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.portable import exp, log, octaves, power
 
 SIZE_CLASSES = 24
-"""Classes that a range of radii is divided into for its solid fraction; 8 give the same to 0.002."""
+"""Number of classes of radii for the solid fraction; 8 give the same to 0.002."""
 
 
 def mixed_order(radius: Float64Array, set_index: Int32Array, rng: np.random.Generator) -> Int64Array:

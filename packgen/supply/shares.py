@@ -79,7 +79,7 @@ def number_shares(zone: Amount, sets: Sequence[SizedSet]) -> Float64Array:
 
 
 def mean_weights(by: str, sets: Sequence[SizedSet]) -> Float64Array:
-    """Return what one sphere of each set counts on average; shape (S,).
+    """Return the mean amount of one sphere of each set; shape (S,).
 
     Args:
         by: ``number`` (1), ``volume`` [m3] or ``mass`` [kg].

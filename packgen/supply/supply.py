@@ -69,7 +69,7 @@ class Draw:
         return len(self.radius) if self.body_index is None else len(body_starts(self.body_index))
 
     def split(self, count: int) -> tuple[Draw, Draw]:
-        """Return the first so many bodies, or all where there are no more, and the others."""
+        """Return the first bodies, up to a number, and the others."""
         row = count
         if self.body_index is not None:
             starts = body_starts(self.body_index)
@@ -96,7 +96,7 @@ class Supply:
         radius_min: Smallest radius that will come [m].
         radius_max: Largest radius that will come [m].
         shares: Share of each set by number, shape (sets,).
-        counts: Number of spheres of each set, shape (sets,), int64; None where ``asked`` is.
+        counts: Number of spheres of each set, shape (sets,), int64; None where ``asked`` is None.
         fit: How closely the spheres add up to the volume or mass asked for; None: to none.
     """
 
@@ -273,11 +273,11 @@ class Supply:
         return self._mixed(np.array([len(each) for each in radii]), radii)
 
     def _pools(self, by: str, counts: Int64Array) -> list[Pool]:
-        """Draw so many spheres of each set, and spare ones."""
+        """Draw a number of spheres of each set, and spare ones."""
         used = self.shares > 0.0
         reserve = np.where(used, np.maximum(BLOCK * self.shares, 1.0), 0.0).astype(np.int64)
         if used.sum() > 1:
-            # Of a broad law the spheres drawn are far from the expected sum: the count has to give way.
+            # The spheres drawn from a broad law are far from the expected sum: the count has to give way.
             reserve = np.where(used, np.maximum(BLOCK, counts // 2), 0)
         pools = []
         for index, each in enumerate(self._sets):

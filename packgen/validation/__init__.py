@@ -84,7 +84,7 @@ def validate(
         on_progress: Called with the name of the stage and the share of it that is done, 0 to 1.
 
     Returns:
-        What was measured; a missed limit is no error but in the report.
+        What was measured; a missed limit is no error, the report has it.
 
     Raises:
         SolverError: The solver is missing or unknown (exit code 2), or it crashed, hung, was killed or

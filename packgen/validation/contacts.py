@@ -98,7 +98,7 @@ def primitive_contacts(bed: Bed, wall_force: Float64Array) -> tuple[Contacts, fl
         )
     found, expected = both
     weight = law.mean_weight(bed)
-    # What is left of a sphere's forces after rounding is no contact.
+    # A remainder of rounding is no contact.
     sphere, column = np.nonzero(np.abs(found) > 1e-9 * weight)
     force = np.abs(found[sphere, column])
     overlap = law.hertz_overlap(law.wall_modulus(bed, bed.type_index)[sphere], bed.radius[sphere], force)

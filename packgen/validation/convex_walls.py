@@ -77,7 +77,7 @@ def _with_unexpected(bed: Bed, known: Contacts, wall_force: Float64Array, weight
     """Add spheres that the law knows no wall for, and that the solver pushes all the same."""
     size = np.linalg.norm(wall_force, axis=1)
     size[known.first] = 0
-    # What is left of a sphere's forces after rounding is no contact.
+    # A remainder of rounding is no contact.
     extra = np.flatnonzero(~(size <= 1e-9 * weight))
     overlap = law.hertz_overlap(law.wall_modulus(bed, bed.type_index)[extra], bed.radius[extra], size[extra])
     return Contacts(

@@ -1,10 +1,10 @@
-"""How far a bed sinks because its contacts are elastic: what no packing can avoid, however good it is.
+"""How far a bed sinks because its contacts are elastic: no packing can avoid that, however good it is.
 
-A bed that stands on its floor is shortened by its own weight, by (stress / E)^(2/3): at E = 1e8 Pa one of
-tens of metres by percents. A solver's contacts at the end of the run tell how much: a contact of two spheres
-overlaps by delta and spans the height L |n_z| with the distance L of the centres; where it is the only path
-to the floor it takes delta |n_z| of that height. At each height, over the contacts that cross it, the strain
-is
+A bed that stands on its floor is shortened by its own weight, by (stress / E)^(2/3). At E = 1e8 Pa a bed of
+tens of metres sinks by percents. A solver's contacts at the end of the run tell how much: a contact of two
+spheres overlaps by delta and spans the height L |n_z| with the distance L of the centres; where it is the
+only path to the floor it takes delta |n_z| of that height. At each height, over the contacts that cross it,
+the strain is
 
     strain = sum(delta |n_z|) / sum(L |n_z|) = mean of delta / L over the contacts that cross the height,
 

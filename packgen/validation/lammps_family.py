@@ -26,7 +26,7 @@ from packgen.validation.process import describe_output, find_solver, run_solver
 from packgen.validation.results import Limits, SolverReport, StepZero
 
 SAMPLES = 200  # of the kinetic energy
-START_SECONDS = 600.0  # in which the largest bed is loaded and its first step done
+START_SECONDS = 600.0  # time for the largest bed to load and do its first step
 SPHERE_STEPS_A_SECOND = 2.0e4  # far below any machine's; slower than that is a hang
 STEP_ZERO_INPUT = "in.packgen_step_zero"
 GRAVITY_INPUT = "in.packgen_gravity"
@@ -101,7 +101,7 @@ def measure(
         run = _run_gravity(
             dialect, bed, folder, limits, timestep, unit, lambda share: notify("gravity run", share)
         )
-    except SolverError as error:  # a bed that is no bed can end the solver: say what step 0 knew of it
+    except SolverError as error:  # a faulty bed can end the solver: add what step 0 found
         raise SolverError(f"{error}\nin the gravity run of a bed with, at step 0: {zero}") from error
     version = re.search(dialect.version, "\n".join(output))
     return SolverReport(

@@ -63,8 +63,8 @@ def run_solver(
         name: What messages call it.
         command: Its executable and arguments.
         folder: Where it runs.
-        silence_max: It hangs when it prints nothing for so long [s].
-        seconds_max: It hangs when it takes longer than that in all [s].
+        silence_max: Longest silence before it counts as hung [s].
+        seconds_max: Longest run before it counts as hung [s].
         on_line: Called with every line as it comes.
 
     Raises:

@@ -23,7 +23,7 @@ class Limits:
         law_limit: Relative difference of step-0 forces from Hertz' law.
         free_fall_times: Length of the gravity run, in times sqrt(2 r / g) with the mean radius.
         work_budget: Most sphere-steps of the gravity run; a large bed stops there, and the report says so.
-        silence_max: The solver hangs when it prints nothing for so long [s].
+        silence_max: Silence after which the solver counts as hung [s].
     """
 
     force_limit: float = 1.0

@@ -148,7 +148,7 @@ def test_an_interrupted_validation_leaves_the_earlier_result_and_the_bed_beside_
         assert os.listdir(os.environ["TMPDIR"]) == []
 
 
-def test_an_interrupted_validation_without_an_earlier_result_gives_no_bed_the_final_name(scene, validating):
+def test_an_interrupted_first_validation_gives_no_bed_the_final_name(scene, validating):
     run, _ = validating()
     code, lines = stopped(run, times=3)
     assert code == 130
@@ -173,7 +173,7 @@ def test_an_unvalidated_folder_with_files_of_others_stays(scene, validating):
 @pytest.mark.skipif(
     not Path("/proc/self/stat").exists(), reason="the system does not tell when a process started"
 )
-def test_what_a_killed_run_leaves_goes_with_the_next_one_and_what_a_living_one_has_stays(scene, validating):
+def test_the_next_run_removes_leftovers_of_killed_runs_and_spares_living_ones(scene, validating):
     killed, solver = validating("--quiet")
     living, _ = validating("--quiet")
     killed.kill()

@@ -215,7 +215,7 @@ def test_a_slice_bounds_centres_across_gravity_and_spheres_beside_it(tmp_path):
     assert not location("z", [1, 0, 1]).centers_only
 
 
-def test_what_stands_behind_the_triangles_of_an_stl_is_left_out_and_a_text_cut_short_is_told(tmp_path):
+def test_bytes_after_an_stls_triangles_are_ignored_and_a_cut_text_is_reported(tmp_path):
     mesh = trimesh.creation.icosphere(subdivisions=2)
     data = (tmp_path / write(tmp_path, mesh, "a.stl")).read_bytes()
     (tmp_path / "longer.stl").write_bytes(data + 500 * b"\0")

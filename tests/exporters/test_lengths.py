@@ -29,9 +29,7 @@ def write(bed, folder, **options):
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1e-7, 1e-9), (1e-6, 1e-6), (1e-5, 1e-6), (1e8, 1e6)])
-def test_a_mesh_out_of_the_solvers_range_is_written_in_a_unit_in_which_it_spans_1_to_1000(
-    tmp_path, factor, unit
-):
+def test_a_mesh_out_of_the_solvers_range_spans_1_to_1000_in_the_decks_unit(tmp_path, factor, unit):
     bed = shrunk(bed_in("mesh"), factor)
     text = write(bed, tmp_path)
     assert f"variable length_unit index 1e{round(np.log10(unit))}\n" in text

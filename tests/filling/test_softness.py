@@ -46,7 +46,7 @@ def test_the_stress_at_the_foot_of_a_wide_bed_is_its_weight_over_its_area(tmp_pa
     assert soft.stress < mass * 9.81 / 400
 
 
-def test_the_overlap_grows_with_the_stress_over_the_modulus_to_the_two_thirds_and_not_with_the_radius(
+def test_overlap_over_radius_grows_with_stress_over_modulus_to_the_two_thirds(
     tmp_path,
 ):
     first, harder = found(tmp_path, 1e6), found(tmp_path, 8e6)
@@ -91,7 +91,7 @@ def test_the_modulus_that_is_named_is_the_one_that_does(tmp_path):
     assert said(tmp_path, 4.8e6) == []
 
 
-def test_spheres_that_would_pass_through_each_other_are_refused_unless_the_scene_allows_them(tmp_path):
+def test_spheres_soft_enough_to_pass_through_each_other_need_the_scenes_permission(tmp_path):
     for modulus in (1e5, 1e4):
         with pytest.raises(SceneError, match=r"scene\.yaml:\d+:\d+: materials\.glass\.youngs_modulus: found"):
             said(tmp_path, modulus)

@@ -53,7 +53,7 @@ def test_the_profile_of_an_endless_bed_holds_all_its_spheres_and_has_no_surface(
 
 @pytest.mark.parametrize("tilt", [1e-13, 1e-9, 1e-7, 1.1e-6, 1e-5, 1e-3, 0.1, 1.0])
 @pytest.mark.parametrize("periodic", [(True, False, True), (True, True, True), (False, True, True)])
-def test_a_bed_whose_gravity_is_any_bit_askew_to_its_periodic_axes_has_a_profile_or_none(periodic, tilt):
+def test_gravity_slightly_askew_to_periodic_axes_gives_a_profile_or_none(periodic, tilt):
     container = box_container((0, 0, 0), (2, 2, 2), periodic)
     for gravity in ([tilt, 0, -1], [0, tilt, -1], [tilt, tilt, -1]):
         bed = make_bed([[1, 1, 0.5]], 0.4, container, gravity=9.81 * np.array(gravity))

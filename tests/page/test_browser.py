@@ -78,7 +78,7 @@ READER = """
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-def test_the_view_draws_turns_zooms_cuts_anywhere_and_colours_without_a_console_error(tmp_path):
+def test_the_view_draws_turns_zooms_cuts_and_colours_without_a_console_error(tmp_path):
     page = report_folder(lattice_folder(tmp_path))
     tried = tmp_path / "tried.html"
     text = page.read_text(encoding="utf-8").replace("<head>", "<head>" + FRAMES)

@@ -29,7 +29,7 @@ def test_any_part_of_the_order_has_its_share_of_every_size_to_a_sphere_at_each_e
             assert abs(there - count * len(part) / max(len(radius), 1)) <= 2.0 + 2.0 * len(counts)
 
 
-def test_sets_of_one_size_are_spread_each_by_itself_and_chance_alone_orders_equal_spheres():
+def test_each_set_of_one_size_is_spread_evenly_and_equal_spheres_by_chance():
     sets = np.repeat([0, 1], [900, 100]).astype(np.int32)
     order = mixed_order(np.ones(1000), sets, np.random.default_rng(0))
     ones = np.flatnonzero(sets[order] == 1)

@@ -24,7 +24,7 @@ BATCH_SIZE = 500
 """The paper's batch size."""
 
 PAPER_RADIUS = 0.1
-"""Radius of the paper's spheres [m]: its learning rate is a length, and goes with the spheres."""
+"""Radius of the paper's spheres [m]: its learning rate is a length and scales with the radii."""
 
 
 def arrange(task: Task) -> Spheres:
@@ -87,7 +87,7 @@ def _settings(zone: ZoneTask) -> AdamSettings:
 
 
 class _Reporter:
-    """Tells a listener of the batches of one zone, and of every so many steps of each."""
+    """Tells a listener of the batches of one zone, and of every ``every``-th step of each."""
 
     def __init__(self, listener: Listener, total: int | None, region: Region, every: int) -> None:
         self._listener, self._region, self._every = listener, region, every
@@ -111,7 +111,7 @@ class _Reporter:
 
 
 def _end_game(region: Region, recipe: Recipe) -> Finish:
-    """Return what brings a batch of adam to tolerance: the projection sweeps without the sinking."""
+    """Return the end game of a batch, which brings it to tolerance: projection sweeps without the sinking."""
     import torch
 
     def finish(position: Tensor, radius: Tensor, *fixed: Tensor) -> tuple[Tensor, Tensor]:

@@ -58,10 +58,10 @@ class AdamSettings:
         n_epoch: Most steps for one batch (the paper's max_steps).
         patience: Steps without a new best objective after which the batch is done.
         weights: The weights of eq. 5.
-        plateau_factor: What the learning rate is multiplied with on a plateau.
+        plateau_factor: Factor on the learning rate at a plateau.
         plateau_patience: Steps without an improvement that make a plateau; below ``patience``, to come first.
-        plateau_threshold: Smallest improvement that counts for the plateau: the mean sinking of the batch, in
-            mean radii, that lowers the objective as much.
+        plateau_threshold: Smallest improvement that counts, as the mean sinking of the batch that lowers the
+            objective as much [mean radii].
         rate_end: Fraction of ``lr`` at which a batch is done.
         batch_size: Spheres in a batch, to begin with.
         overlap_limit: Largest average overlap of an accepted batch, as a fraction of the radius.
@@ -183,10 +183,10 @@ def measure_batch(
 
 
 class NearPairs:
-    """The pairs of a moving batch that may overlap, listed anew only when one has moved far enough.
+    """The pairs of a moving batch that may overlap, listed anew only when a sphere has moved far enough.
 
-    Two nested lists: of the fixed spheres those near the batch's bounding box, then the pairs with a gap
-    below the skin. Both always hold all that can overlap.
+    Two lists are nested: the fixed spheres near the batch's bounding box, and the pairs with a gap below the
+    skin. Both always hold all that can overlap.
 
     Args:
         radius: Radii of the batch [m], shape (n,), float64.

@@ -10,7 +10,7 @@ class Params(PaperParams):
     """Settings of ADAM: those of the paper."""
 
     def unsupported(self, container: Container) -> list[tuple[str, str]]:
-        """Return what of these settings cannot fill a container: (place in the scene, found and expected)."""
+        """Return the settings that cannot fill a container, as (place in the scene, found and expected)."""
         if not any(container.periodic):
             return []
         expected = "expected COLLECTIVE_ARRANGEMENT in a periodic box; adam knows walls only"

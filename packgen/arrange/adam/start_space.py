@@ -26,8 +26,8 @@ def zone_space(region: Region, earlier: Spheres, radius: float, place: str) -> Z
         place: Where the scene names the zone, for messages.
 
     Returns:
-        The space, what is free of a section known to about 1 %; drawing from it raises PackingError where it
-        is too narrow to find room.
+        The space. The free share of a section is known to about 1 %. Drawing from a space too narrow to find
+        room in raises PackingError.
     """
 
     def clear(points: Float64Array) -> NDArray[np.bool_]:

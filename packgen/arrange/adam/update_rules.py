@@ -46,8 +46,8 @@ class Plateau:
 
     Args:
         rate: Learning rate to start with.
-        factor: What the rate is multiplied with.
-        patience: Number of steps without an improvement that are let pass.
+        factor: Factor on the rate.
+        patience: Number of steps without an improvement that are tolerated.
         threshold: Smallest improvement that counts. It is absolute: relative to an objective that holds
             altitudes it would depend on where the origin lies, and fail where the objective is negative.
     """

@@ -27,8 +27,8 @@ from packgen.arrange.adam.objective import Walls
 from packgen.arrays import BoolArray, Float64Array, Int32Array
 from packgen.supply.supply import Draw, Supply
 
-FREE_MIN = 0.1  # of a zone's cross-section, clear of earlier spheres, for a batch to start there
-SLAB_STEPS = 16  # about so many steps add up the room of a slab
+FREE_MIN = 0.1  # share of a zone's cross-section, clear of earlier spheres, that a batch needs to start
+SLAB_STEPS = 16  # steps, about, that add up the room of a slab
 
 SampleAbove = Callable[[np.random.Generator, int, float, float], Float64Array]
 Finish = Callable[[Tensor, Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
@@ -75,7 +75,7 @@ class Surroundings:
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class BatchProgress:
-    """What happened to a batch: its size, whether it was accepted, the spheres placed so far, the details."""
+    """The outcome of a batch: its size, whether it was accepted, the spheres placed so far, the details."""
 
     batch_size: int
     accepted: bool
@@ -228,7 +228,7 @@ def _slab(radius: Tensor, top: float, space: ZoneSpace, settings: AdamSettings) 
             return None
         height = min(height + largest, highest)
     room = 4.0 / 3.0 * math.pi * float((radius * radius * radius).sum()) / settings.start_fraction
-    # The tip of a hopper has hardly any area: its slab is not for that as high as the hopper.
+    # The tip of a hopper has hardly any area: its slab must not become as high as the hopper.
     step = max(largest, min(room / space.area(height), space.ceiling - height) / SLAB_STEPS)
     thickness = 0.0
     while room > 0.0 and height + thickness < space.ceiling:

@@ -51,7 +51,7 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
             batch = fill_in_layers(open_zone, recipe, plan, tell, batch)
         if len(open_zone.pile) > len(earlier):
             break
-        # Walls as far apart as a sphere is wide leave no room for the gap that spheres are arranged with.
+        # Walls one sphere apart leave no room for the gap with which spheres are arranged.
     spheres = open_zone.pile.all()
     return Filled(spheres[spheres.zone_index == zone.index], supply, batch)
 
@@ -70,7 +70,7 @@ def _tube_width(zone: ZoneTask, region: Region) -> float | None:
 
 
 def _report(listener: Listener, before: int, total: int | None, region: Region) -> LayerReport:
-    """Return what tells a listener of the layers of one zone."""
+    """Return a report of layers that tells a listener of one zone's progress."""
 
     def on_layer(batch: int, placed: int, level: float, thrown_back: int) -> None:
         height = (level - region.floor) / (region.ceiling - region.floor)

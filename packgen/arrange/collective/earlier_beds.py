@@ -1,7 +1,7 @@
 """What a later zone stands on: the beds of earlier zones that reach up into it.
 
-What towers beside a zone, or hangs above it, is no ground until its top is reached: spheres start below and
-around it first.
+A bed that towers beside a zone, or hangs above it, is no ground until its top is reached: spheres start below
+and around it first.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from packgen.arrange.spheres import Spheres
 from packgen.portable import components
 
 HANGING = 1.5
-"""Spheres over a gap higher than so many diameters hang."""
+"""Height of a gap [diameters] above which spheres hang."""
 
 
 def beds_of_zones(
@@ -48,7 +48,7 @@ def beds_of_zones(
     highest = np.maximum.accumulate(top + column * step) - column * step
     before = np.where(first, -np.inf, np.concatenate([[-np.inf], highest[:-1]]))
     hangs = np.cumsum(bottom - np.maximum(before, region.floor) > HANGING * diameter)
-    # Whatever stands on something that hangs does so, too.
+    # A sphere that stands on a hanging one hangs, too.
     start = np.flatnonzero(first)
     earlier = np.concatenate([[0], hangs])[start]
     stands = hangs == np.repeat(earlier, np.diff(np.append(start, len(top))))

@@ -15,7 +15,7 @@ from packgen.portable import components, cube
 from packgen.supply.supply import Draw
 
 SPARE_STARTS = 5
-"""Start positions a sphere of broad sizes chooses from."""
+"""Start positions among which a sphere of broad sizes chooses."""
 
 POOR_SHARE, PORTION_MIN = 0.5, 0.25
 """A layer of broad sizes that gains less than this share of its volume was overfull: pressed against a lid,
@@ -26,13 +26,13 @@ NARROW_SHARE = 0.4
 it inside are used too."""
 
 STARTS_A_SPHERE, STARTS_MIN = 200.0, 2_000_000.0
-"""Places that are looked at for each sphere when few are left, and at least."""
+"""Places tried for each sphere when few are left, and the least number of places."""
 
 PLACES_MIN = 64
-"""Places that the last few spheres of broad sizes choose from, at least."""
+"""Least number of places among which the last few spheres of broad sizes choose."""
 
 SEARCH_POINTS = 1024
-"""Points that are looked at for the start of a single sphere before a layer counts as without room."""
+"""Points tried for the start of a single sphere before a layer counts as without room."""
 
 
 class LayerStarts:
@@ -48,7 +48,7 @@ class LayerStarts:
         self.broad = zone.supply.broad
         self._spare = SPARE_STARTS if self.broad else 1
         self._fraction = zone.supply.solid_fraction(START_FRACTION)
-        self._portion = 1.0  # of the spheres that a layer has room for: less after an overfull one
+        self._portion = 1.0  # share of the spheres that a layer has room for; less after an overfull one
 
     def points(self, tops: Float64Array) -> Float64Array:
         """Return start positions between the bed and the new layer's top, (n, 3); the last few on the bed."""
@@ -60,7 +60,7 @@ class LayerStarts:
         density = self._spare * self._fraction / supply.mean_volume
         mean = density * float(np.prod(most - least)) * (top - low)
         if supply.remaining is not None:
-            # Of a few spheres in a wide vessel: the lowest of so many places are low enough.
+            # For a few spheres in a wide vessel, the lowest of this many places are low enough.
             mean = min(mean, max(STARTS_A_SPHERE * self._spare * supply.remaining, STARTS_MIN))
         count = int(zone.rng.poisson(mean))
         points = self._open(region.sample(zone.rng, count, low, top), tops)
@@ -75,15 +75,16 @@ class LayerStarts:
         clearance = region.clearance(points, supply.radius_reference)
         remaining = supply.remaining
         if remaining is not None and self.broad:
-            # The lowest of all places may be inside large spheres: the last ones need some to choose from.
+            # The lowest of all places may be inside large spheres: the last spheres need several to choose
+            # from.
             remaining = max(self._spare * remaining, PLACES_MIN)
-        # Spheres start off the walls, but for where these stand so near that little room is left.
+        # Spheres start clear of the walls, unless these stand so near that little room is left.
         close = -0.5 * supply.radius_reference
         if (clearance >= 0.0).sum() > NARROW_SHARE * (clearance >= close).sum():
             close = 0.0
         near = height <= 2.0 * surface.thickness
         if region.sides is not None:
-            # Over a roof begins another space, whose floor is nowhere near the bed below.
+            # Another space begins above a roof. Its floor is far from the bed below.
             over = components(points, region.frame[2]) >= surface.level - surface.thickness
             near |= surface.roofed[surface.map.index(points)] & over
         open_space = (height >= 0.0) & near & (clearance >= close)
@@ -93,7 +94,7 @@ class LayerStarts:
         return np.asarray(points)
 
     def assigned(self, points: Float64Array, front: Spheres) -> tuple[Float64Array, Draw]:
-        """Take a sphere for each start position; of broad sizes large ones choose first [m], (n, 3)."""
+        """Take a sphere for each start position [m], (n, 3); of broad sizes the large ones choose first."""
         supply = self._zone.supply
         if not self.broad:
             draw = supply.take(len(points))
@@ -107,10 +108,10 @@ class LayerStarts:
         return (self._lifted(start, draw.radius) if last else start), draw
 
     def _taken(self, places: float) -> Draw:
-        """Take the spheres that so many places of mean volume have room for.
+        """Take the spheres that ``places`` places of mean volume have room for.
 
-        Of an endless supply no more volume than that: its large ones, put back first, would fill layer by
-        layer what is left below a lid, and all be put back again.
+        An endless supply gives no more volume than that. Its large spheres, put back first, would otherwise
+        fill the room below a lid, layer by layer, and all be put back again.
         """
         supply = self._zone.supply
         draw = supply.take(max(int(places), 1))

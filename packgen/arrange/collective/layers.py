@@ -17,7 +17,8 @@ from packgen.portable import cube
 
 STALLED_SHARE = 0.02
 STALLED_MAX = 3
-"""So many layers in a row that gain no more than this share of the volume they try: the zone is full."""
+"""The zone is full after `STALLED_MAX` layers in a row that gain at most `STALLED_SHARE` of the volume they
+try."""
 
 TRIES_MIN = 8
 """A failed layer of fewer spheres than this counts as a fraction of a failure: a narrow tube has room for
@@ -47,7 +48,7 @@ def fill_in_layers(
         thrown_back += back
         stalled = 0.0 if gained > STALLED_SHARE or not surface.started else stalled + failure(tried)
         if stalled >= STALLED_MAX and not zone.supply.finished and loop.climb():
-            # Above a throat may be another chamber; one layer there will tell.
+            # Another chamber may lie above a throat. One layer there will tell.
             stalled = STALLED_MAX - 1.0
         batch += 1
         on_layer(batch, len(zone.pile), surface.level, thrown_back)
@@ -55,7 +56,7 @@ def fill_in_layers(
 
 
 def failure(tried: int) -> float:
-    """Return how much a layer says that gained nothing: 1 where it found no room, or tried enough."""
+    """Return the weight of a layer that gained nothing: 1 where it found no room, or tried enough spheres."""
     return min(1.0, tried / TRIES_MIN) if tried else 1.0
 
 
@@ -71,14 +72,14 @@ class _Layers:
     def add(self, batch: int) -> tuple[float, int, int]:
         """Add one layer; return (share of its volume gained, spheres thrown back, spheres to be placed).
 
-        An overfull layer, which is undone and comes again with fewer spheres, counts as if it had found room:
-        it says nothing of whether the zone is full.
+        An overfull layer is undone and tried again with fewer spheres. It counts as if it had found room: it
+        does not tell whether the zone is full.
         """
         zone, surface = self.zone, self.surface
         front, tops = zone.pile.front, surface.tops()
         start, draw = self.starts.assigned(self.starts.points(tops), front)
         tried = len(draw.radius)
-        # Stragglers go on top of what is there: to move it again would throw as many back as it places.
+        # The last spheres go on top of the bed: re-opening it would throw back as many as it places.
         reopened = surface.shallow(front, tops, start) & (not self.closing)
         self.closing = self.closing or zone.supply.finished
         moving, fixed = joined([zone.newcomers(start, draw, batch), front[reopened]]), front[~reopened]
@@ -97,7 +98,7 @@ class _Layers:
         zone.pile.front = joined([fixed, settled])
         surface.started = surface.started or gained > 0.0
         if not surface.started:
-            # The tip of a hopper, too narrow for a sphere: look for the first place where one fits.
+            # The tip of a hopper is too narrow for a sphere: rise to the first place where one fits.
             surface.base += 0.25 * surface.diameter * failure(tried)
         surface.bury()
         return gained, len(thrown), tried

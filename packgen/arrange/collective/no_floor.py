@@ -1,6 +1,6 @@
 """The outer loop of a bed without a floor: where a box wraps around along gravity, the zone fills at once.
 
-Nothing can sink in an endless bed: as many spheres as make a poured bed start at random places, overlapping,
+Nothing can sink in an endless bed. As many spheres as a poured bed has start at random places, overlapping,
 and are parted. Those that find no place are tried again in the largest voids, and all of the zone moves.
 """
 
@@ -30,13 +30,13 @@ WALL_SHELL = 0.25
 apart, where it leaves the core as dense as without walls."""
 
 STEP = 0.02
-"""Share of the zone's spheres that a round adds once it is full, for a zone that asks for more."""
+"""Share of the zone's spheres that a round adds once the zone is full, where more are asked for."""
 
 SAMPLES = 200_000
-"""Points by which the room of a zone is measured; exact where the zone is a whole box."""
+"""Random points that measure the room of a zone; a whole box is measured exactly."""
 
 VOID_SAMPLES = 20
-"""Random points a sphere of the zone among which the largest voids are looked for."""
+"""Random points for each sphere of the zone, among which the largest voids are sought."""
 
 
 def fill_at_once(
@@ -71,7 +71,7 @@ class _Cell:
 
     Attributes:
         full: Solid fraction at which the zone is full.
-        room: Space that spheres of the zone have their centres in [m3].
+        room: Space for the centres of the zone's spheres [m3].
         solid: Volume of the spheres with their centres there [m3].
     """
 
@@ -90,13 +90,13 @@ class _Cell:
 
     @property
     def missing(self) -> int:
-        """How many spheres are still to be placed; of a zone without an amount, until it is full."""
+        """Number of spheres still to be placed; in a zone without an amount, until it is full."""
         if self.supply.remaining is not None:
             return self.supply.remaining
         return max(round((self.full * self.room - self.solid) / self.supply.mean_volume), 0)
 
     def add(self, batch: int) -> int:
-        """Add spheres up to a full zone, or a few more to one that is; return how many are gained."""
+        """Add spheres until the zone is full, or a few more to a full one; return how many are gained."""
         zone, front = self.zone, self.zone.pile.front
         own = front.zone_index == zone.index
         draw = self._take(round(STEP * int(own.sum())))
@@ -116,7 +116,7 @@ class _Cell:
         return gained
 
     def _take(self, least: int) -> Draw:
-        """Take spheres up to a full zone; where more are asked for, at least so many."""
+        """Take the spheres that fill the zone; where more are asked for, at least ``least``."""
         open_end = self.supply.remaining is None
         least = 1 if open_end else max(least, 1)
         wanted = self.full * self.room - self.solid

@@ -29,7 +29,7 @@ def no_report(batch: int, placed: int, level: float, thrown_back: int) -> None:
 
 @dataclass(slots=True)
 class OpenZone:
-    """What is worked on while a zone is filled.
+    """A zone and its spheres while it is filled.
 
     Attributes:
         index: Number of the zone.
@@ -38,7 +38,7 @@ class OpenZone:
         pile: All spheres placed so far, those of earlier zones included; grows.
         rng: Draws the start positions.
         device: Where the sweeps run; see ``projection.settle``.
-        stats: What the layers took; counted up.
+        stats: Counters of the layers' work.
     """
 
     index: int
@@ -56,7 +56,7 @@ class OpenZone:
         return Spheres(start, draw.radius, draw.set_index, zone, batches, draw.body_index)
 
     def settled(self, moving: Spheres, fixed: Spheres, recipe: Recipe) -> tuple[Float64Array, BoolArray]:
-        """Arrange spheres among fixed ones; return their centres [m], (n, 3), and who found a place, (n,)."""
+        """Arrange spheres among fixed ones; return centres [m], (n, 3), and which found a place, (n,)."""
         ball = np.empty((len(moving) + len(fixed), 4))
         ball[: len(moving), :3], ball[len(moving) :, :3] = moving.position, fixed.position
         ball[: len(moving), 3], ball[len(moving) :, 3] = moving.radius, fixed.radius

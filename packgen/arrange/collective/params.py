@@ -23,7 +23,7 @@ class Params(PaperParams):
         return "ADAM" if self.optimizer == "adam" else None
 
     def unsupported(self, container: Container) -> list[tuple[str, str]]:
-        """Return what of these settings cannot fill a container: (place in the scene, found and expected)."""
+        """Return the settings that cannot fill a container, as (place in the scene, found and expected)."""
         if self.optimizer != "adam" or not any(container.periodic):
             return []
         expected = "expected projection in a periodic box; adam knows walls only"

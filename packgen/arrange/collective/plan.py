@@ -10,8 +10,8 @@ from packgen.arrange.space.region import Region
 from packgen.supply.supply import Supply
 
 START_FRACTION = 0.6
-"""Solid fraction at which a layer of equal spheres starts, already overlapping: that of the bed that it will
-become. One of broad sizes starts with as much more as these pack more densely."""
+"""Solid fraction at which a layer of equal spheres starts, overlapping: that of the finished bed. A layer of
+broad sizes starts as much denser as these sizes pack."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,8 @@ class LayerPlan:
         thickness: Thickness of a new layer.
         reopened: Depth below the surface to which spheres that came to rest move again with it.
         buffer: Depth below that to which fixed spheres are kept at hand.
-        first: Thickness of the first layer over that of the others: not to move again with the second one,
-            whose weight would squeeze more spheres onto the floor than have room there.
+        first: Thickness of the first layer over that of the others. Its lowest spheres must not move again
+            with the second layer, whose weight would squeeze too many onto the floor.
     """
 
     thickness: float = 2.0
@@ -34,7 +34,7 @@ class LayerPlan:
     def of_size(self, batch_size: int, supply: Supply, region: Region) -> LayerPlan:
         """Return a plan whose layers hold about ``batch_size`` spheres at half of a region's height.
 
-        Between half a diameter, thinner ones make loose beds, and twenty.
+        They are half a diameter to twenty thick: thinner ones make loose beds.
         """
         area = region.area(0.5 * (region.floor + region.ceiling))
         fraction = supply.solid_fraction(START_FRACTION)

@@ -15,7 +15,7 @@ APART = 1.1
 the largest of them overlap."""
 
 CANDIDATES_A_SPHERE = 20
-"""Points that are tried for each large sphere before it starts in another one."""
+"""Points tried for each large sphere before it may start inside another one."""
 
 
 def assign_starts(
@@ -51,7 +51,7 @@ def assign_starts(
     position_large, radius_large = seams.wrapped(position_fixed), radius_fixed
     for number in np.unique(octave):
         members, edge = np.flatnonzero(octave == number), largest * 0.5 ** int(number)
-        # What is hardly larger than a newcomer is a neighbour like any other.
+        # A sphere hardly larger than a newcomer is a neighbour like any other.
         large = radius_large > 1.5 * edge
         close_points(position_large[large], radius_large[large] + 0.5 * edge, grid, closed)
         position_large, radius_large = position_large[~large], radius_large[~large]

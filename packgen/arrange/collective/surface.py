@@ -23,13 +23,13 @@ class Surface:
         diameter: Mean diameter, each sphere counted by its volume: the unit of the plan [m].
         map: Columns as wide as a sphere of mean volume.
         reach: How far across gravity a sphere covers others [m].
-        ground: Top of what earlier zones left to stand on, column by column [m]; -inf where nothing.
-        overhead: Top of all that earlier zones left, what hangs included [m].
+        ground: Top of the earlier zones' spheres that stand, column by column [m]; -inf without any.
+        overhead: Top of all spheres of earlier zones, hanging ones included [m].
         base: Altitude at which the first layer starts [m].
         level: Mean altitude of the surface [m].
         climbed: Altitude above which the last throat ended [m]; -inf: none was passed.
         started: Whether the zone has spheres.
-        buried_tops: Top of what was put away, column by column [m].
+        buried_tops: Top of the spheres put away, column by column [m].
         roofed: Columns whose bed ends under a roof, shape (columns,).
     """
 
@@ -40,10 +40,10 @@ class Surface:
         self._radius_reference, self._radius_max = supply.radius_reference, supply.radius_max
         self.diameter = 2.0 * supply.radius_by_volume
         self.map = ColumnMap.over(region, 2.0 * supply.radius_reference)
-        # Where large spheres stand out of small ones, the surface that the next large ones meet is theirs.
+        # Where large spheres stand out of small ones, the next large ones meet the surface of the large.
         wide = ColumnMap.over(region, 2.0 * max(supply.radius_by_volume, supply.radius_reference))
         self._wide_column = wide.index(self.map.points(np.zeros(self.map.count)))
-        # Spheres of earlier zones may be larger: what they cover goes that much farther.
+        # Spheres of earlier zones may be larger and cover more.
         self.reach = 2.0 * max(supply.radius_max, float(front.radius.max(initial=0.0)))
         beds, standing = beds_of_zones(front, region, self.map, self.diameter)
         self.ground = self.map.tops(standing.position, standing.radius)
@@ -67,7 +67,7 @@ class Surface:
         tops[found] = np.maximum(tops[found], self._zone.region.floor)
         self.roofed = self._roofs(tops, found)
         open_above = found & ~self.roofed
-        # What was left behind below a throat is not the surface any more.
+        # Hollows left behind below a throat are not the surface any more.
         open_above &= tops > self.climbed - self.thickness
         if open_above.any():
             # Nor is a hollow under a roof that a column's middle misses: it would hold the level down.
@@ -75,7 +75,7 @@ class Surface:
         level = self._level(tops, open_above) if open_above.any() else self.level
         self.level = max(level, self.climbed)
         if not found.any() or not self.started:
-            # What is found before the first sphere is the foot of earlier beds, not a surface to fill up to.
+            # Before the first sphere only the foot of earlier beds is found. It is no surface to fill up to.
             self.level = max(self.base, self.climbed)
         tops[~found] = self.level
         return np.maximum(tops, self.ground)
@@ -90,7 +90,7 @@ class Surface:
             # The first spheres of a slender tip come to rest high above it, and are all that there is.
             below[:] = True
         tops = self.map.tops(front.position[below], front.radius[below])
-        # The bed of earlier zones that this one stands on; what towers beside it is none of its surface.
+        # Earlier beds that this one stands on belong to its surface. Those that tower beside it do not.
         under = self.ground <= self.level + self.thickness
         tops[under] = np.maximum(tops[under], self.ground[under])
         below = self.overhead <= self.level
@@ -103,7 +103,7 @@ class Surface:
         above = self.map.points(np.where(found, tops, self.level) + radius)
         roofed = found & (region.clearance(above, radius) < 0.0)
         if (roofed == found).all() and found.any():
-            # A tube so narrow that its wall is near everywhere, below as above: that is no roof.
+            # In a tube so narrow that its wall is near everywhere, a near wall is no roof.
             below_it = self.map.points(np.where(found, tops, self.level) - radius)[found]
             roofed &= not (region.clearance(below_it, radius) < 0.0).all()
         return np.asarray(roofed)
@@ -131,13 +131,13 @@ class Surface:
         return np.asarray(near_top & touched[column] & (front.zone_index == self._zone.index))
 
     def above_buried(self, position: Float64Array, radius: Float64Array) -> BoolArray:
-        """Tell which spheres are above all that is buried near them: others could overlap it unseen, (N,)."""
+        """Tell which spheres are above all buried ones near them, (N,): others could overlap them unseen."""
         bottom = components(position, self._zone.region.frame[2]) - radius
         buried = self.map.nearby(self.buried_tops, self.reach, maximum_filter)
         return np.asarray(bottom > buried[self.map.index(position)])
 
     def bury(self) -> None:
-        """Put away what lies too deep below every surface nearby for the next layers to reach."""
+        """Put away the spheres too deep below every surface nearby for the next layers to reach."""
         front = self._zone.pile.front
         tops = self.map.tops(front.position, front.radius)
         tops[np.isneginf(tops)] = self.level

@@ -24,7 +24,7 @@ class Layer(Protocol):
     identity: Int64Array
 
     def rebuild(self, skin: float) -> None:
-        """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
+        """List neighbours and walls anew, valid until a sphere moves by its margin; see ``list_reach``."""
 
     def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
@@ -38,7 +38,7 @@ class Layer(Protocol):
     def positions(self) -> Float64Array:
         """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3).
 
-        Those taken out since the last rebuild are not numbers.
+        Spheres taken out since the last rebuild are NaN.
         """
 
     def radii(self) -> Float64Array:

@@ -11,29 +11,30 @@ import numpy as np
 from packgen.portable import log, power, scalar_power
 
 FRICTION_USUAL = 1.0 / 3.0
-"""Spheres that rub as much or more are all arranged alike; those that rub less, more densely."""
+"""Friction from which on all spheres are arranged alike; smoother ones are arranged more densely."""
 
 FRICTION_LEAST = 0.1
 """Smoother spheres are arranged as those of this friction: their sinking would take ever longer."""
 
 TUBE_WIDTHS, TUBE_SHARES = (4.5, 6.5, 13.0, 30.0), (0.0, 1.0, 1.0, 0.0)
-"""How much a round vessel so many diameters wide is arranged as a tube, see ``Recipe.of_friction``."""
+"""Widths of round vessels [sphere diameters], and how far each is arranged as a tube, see
+``Recipe.of_friction``."""
 
 TUBE_GRAIN, TUBE_MOMENTUM = 1.25, 0.9
 """Roughness of a tube's wall, in radii, and momentum in it, at usual friction."""
 
 BREADTH_MAX = 2.0
-"""Broader sizes get no more momentum, time or skin than this ratio of mean radii gives, but longer steps."""
+"""Ratio of mean radii beyond which broader sizes get no more momentum, time or skin, but longer steps."""
 
 FARTHER_MAX = 1.75
-"""No steps are longer than so many times the usual ones: small spheres would outrun their lists at once."""
+"""Longest steps, in usual ones: with longer steps small spheres would outrun their lists at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
     """The constants of the arrangement, all relative to radii, found by measurement (tests/benchmarks).
 
-    Those of usual friction; ``of_friction`` returns the recipe for smoother spheres.
+    The defaults are for usual friction; ``of_friction`` returns the recipe for smoother spheres.
 
     Attributes:
         gap: Spheres and walls are arranged larger by this fraction: once the overlaps are below it, the true
@@ -46,22 +47,23 @@ class Recipe:
         sink_fade: Factor on the step with each sweep after that: without any weight a layer loses the
             contacts that it stands on while its last overlaps are parted.
         momentum: Share of a sphere's last displacement that is added again.
-        momentum_sweeps: Sweeps until it is: the deep overlaps of the start would throw spheres far.
+        momentum_sweeps: Sweeps over which it rises to that: deep overlaps at the start would throw spheres
+            far.
         relaxation: Factor on the sum of a sphere's pushes.
         stride: Largest displacement of one sweep by pushes, in radii.
-        grain: Walls are rough at first, as deep as this, in radii: on smooth ones spheres would crystallise.
+        grain: Depth of the walls' roughness at first, in radii: on smooth walls spheres would crystallise.
         grain_sweeps: Sweeps until they are smooth.
         skin_first: Reach of the neighbour list beyond touching, at the start.
         skin_last: The same at the end, when little moves.
         strays: The list is renewed when this share of the spheres has outrun it, at the start.
-        strays_last: The same at the end: what falls past a neighbour unseen is found deep inside it.
-        far: It is renewed, too, when a single sphere has moved by so many margins: that one may be inside
-            another unseen.
-        far_sweeps: Sweeps before that; at first, deep overlaps throw many spheres far.
+        strays_last: The same at the end: a sphere that falls past a neighbour unseen ends deep inside it.
+        far: Margins by which a single sphere may move before the list is renewed: beyond, it may be inside
+            another one unseen.
+        far_sweeps: Sweeps before ``far`` counts: at first deep overlaps throw many spheres far.
         give_up_first: First sweep after which spheres that overlap too much are thrown back.
-        give_up_every: Sweeps from there to the next time, and so on.
-        give_up: Overlap that is too much, each time; thereafter any.
-        part_first: Sweep that a layer without sinking begins with.
+        give_up_every: Sweeps from one such time to the next.
+        give_up: Overlap that is too much, one value for each time; thereafter any overlap is.
+        part_first: First sweep of a layer without sinking.
         throw_share: Largest share of the layer's spheres that is thrown back at a time.
         tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: stop after
             the sinking, whatever overlaps.
@@ -164,7 +166,7 @@ class Recipe:
         return self.sink_last + self.sink_first * scalar_power(left / self.sink_sweeps, 3)
 
     def too_much(self, number: int) -> float | None:
-        """Return the overlap that throws spheres back after so many sweeps; None: not now."""
+        """Return the overlap above which a sweep throws spheres back; None: this sweep throws none back."""
         times, rest = divmod(number - self.give_up_first, self.give_up_every)
         if times < 0 or rest:
             return None

@@ -57,8 +57,8 @@ def settle(
 
     Returns:
         (centres of the moving spheres [m], shape (moving, 3); which of them found a place, shape (moving,)).
-        Those that did overlap nothing, neither each other nor a fixed sphere nor a wall, but for others of
-        their body.
+        Those that did overlap neither each other nor a fixed sphere nor a wall; only spheres of their own
+        body.
     """
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
@@ -118,4 +118,4 @@ def _relax(
         if limit is not None:
             stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe, body_index)
             if np.isnan(layer.positions()[:, 0]).all():
-                return  # nothing fits here: of no sphere at all there is no list to make
+                return  # all were thrown back; an empty layer has no neighbour list

@@ -19,7 +19,7 @@ def throw_back(
 ) -> int:
     """Take spheres out of the layer that overlap by more than a limit, and with each its whole body.
 
-    Of several that are squeezed together only the worst: its place is often enough for the others.
+    Of several squeezed together only the worst goes: its place is often enough for the others.
 
     Args:
         layer: The layer.
@@ -39,7 +39,8 @@ def throw_back(
     worst = np.ones(len(out), bool)
     worst[np.where(blame[out[first]] < blame[out[second]], first, second)] = False
     out = out[worst]
-    # Of a layer that is overfull nearly all overlap, but not nearly all have to go.
+    # In an overfull layer most spheres overlap, yet removing a few is enough: remove at most `throw_share` at
+    # a time.
     most = math.ceil(recipe.throw_share * layer.moving)
     chosen = np.zeros(len(blame), bool)
     chosen[out[np.argsort(-blame[out], kind="stable")[:most]]] = True

@@ -82,7 +82,7 @@ def test_an_endless_bed_holds_exactly_what_it_is_asked_for_while_that_fits(tmp_p
     assert dense.bed.count == round(0.62 / (4.0 / 3.0 * math.pi * RADIUS**3))
 
 
-def test_of_more_spheres_than_fit_an_endless_bed_holds_the_densest_and_gives_back_the_rest(tmp_path):
+def test_an_endless_bed_asked_for_too_many_spheres_is_full_and_returns_the_rest(tmp_path):
     result = run_scene(tmp_path, periodic_box("xyz"), constant(0.08), zones=[{"n_particles": 330}])
     # 20 seeds: 0.628 +- 0.004
     assert 0.61 < result.bed.count * 4.0 / 3.0 * math.pi * 0.08**3 < 0.645

@@ -12,17 +12,17 @@ def share(weight, one, other):
     return weight[one] / (weight[one] + weight[other])
 
 
-def test_of_two_that_move_each_gives_way_in_inverse_proportion_to_its_mass():
-    weight = push_weights(np.array([0.1, 0.2]), 2, 0.15)
-    assert share(weight, 0, 1) == pytest.approx(8.0 / 9.0)
-    assert share(weight, 0, 1) + share(weight, 1, 0) == pytest.approx(1.0)
+def test_two_moving_spheres_give_way_in_inverse_proportion_to_mass():
+    weights = push_weights(np.array([0.1, 0.2]), 2, 0.15)
+    assert share(weights, 0, 1) == pytest.approx(8.0 / 9.0)
+    assert share(weights, 0, 1) + share(weights, 1, 0) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("reference", [0.1, 1.0])
-def test_from_fixed_ones_of_its_own_size_a_sphere_takes_all_and_from_small_ones_the_ratio_of_radii(reference):
-    weight = push_weights(np.array([0.1, 0.1, 0.02]), 1, reference)
-    assert share(weight, 0, 1) == 1.0
-    assert share(weight, 0, 2) == pytest.approx(0.2)
+def test_a_fixed_equal_sphere_gives_all_the_push_and_a_small_one_the_ratio_of_radii(reference):
+    weights = push_weights(np.array([0.1, 0.1, 0.02]), 1, reference)
+    assert share(weights, 0, 1) == 1.0
+    assert share(weights, 0, 2) == pytest.approx(0.2)
 
 
 def test_a_small_sphere_gives_way_to_what_is_fixed_nearly_in_full():

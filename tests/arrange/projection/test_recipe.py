@@ -59,7 +59,7 @@ def test_neighbour_lists_look_less_far_and_forgive_less_as_the_layer_comes_to_re
     assert RECIPE.step(last, rough=True).far == RECIPE.far
 
 
-def test_spheres_that_rub_less_sink_more_slowly_along_the_same_course_between_rougher_walls():
+def test_smoother_spheres_sink_more_slowly_between_rougher_walls():
     smooth = Recipe.of_friction(0.5 * FRICTION_USUAL, 1.0e-6)
     assert smooth.sink_sweeps == 2 * RECIPE.sink_sweeps
     assert smooth.fall(2 * 40) == pytest.approx(RECIPE.fall(40))
@@ -70,7 +70,7 @@ def test_spheres_that_rub_less_sink_more_slowly_along_the_same_course_between_ro
     assert smooth.step(2 * RECIPE.far_sweeps, rough=True).far == RECIPE.far
 
 
-def test_a_tube_has_smoother_walls_and_more_momentum_the_less_so_the_smoother_its_spheres():
+def test_a_tube_has_smoother_walls_and_more_momentum_less_so_for_smooth_spheres():
     tube = Recipe.of_friction(FRICTION_USUAL, 1.0e-6, 10.0)
     assert (tube.grain, tube.momentum) == pytest.approx((TUBE_GRAIN, TUBE_MOMENTUM))
     assert tube.sink_sweeps == RECIPE.sink_sweeps

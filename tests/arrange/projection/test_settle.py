@@ -69,7 +69,7 @@ def test_what_is_kept_overlaps_nothing(sink, high):
     )
 
 
-def test_of_too_many_spheres_only_those_that_do_not_fit_are_thrown_back_and_counted():
+def test_only_spheres_that_do_not_fit_are_thrown_back_and_counted():
     stats = SettleStats()
     ball = crowd(900, low=0.06, high=0.06)  # solid fraction 0.81, random packings reach 0.64, less at walls
     position, kept = settle(ball, 900, CUBE, DOWN, Recipe(), stats)
@@ -179,7 +179,7 @@ def test_of_spheres_squeezed_together_only_the_worst_is_thrown_back():
     assert throw_back(alike, np.array([0.2, 0.2]), 0.01, recipe) == 1
 
 
-def test_large_spheres_that_touch_are_thrown_back_one_at_a_time_whatever_small_ones_lie_about():
+def test_large_spheres_that_touch_are_thrown_back_singly_despite_small_ones_between():
     position = np.array([[0.0, 0, 0], [19.0, 0, 0], *([500.0 + 9 * k, 0, 0] for k in range(50))])
     crowd = Crowd(position, np.where(position[:, 0] < 500.0, 10.0, 1.0))
     blame = np.zeros(52)

@@ -88,7 +88,7 @@ def test_the_fused_loops_equal_the_plain_torch_form_across_seams(axes, ratio):
 
 
 @pytest.mark.parametrize("form", ["fused", "plain"])
-def test_a_pair_across_a_corner_is_parted_by_its_masses_and_the_smaller_one_is_blamed(form):
+def test_a_pair_across_a_corner_parts_by_mass_and_the_smaller_sphere_is_blamed(form):
     step = 0.98 / np.sqrt(3.0) * 0.3  # 2 % of the reach of 0.3 is overlap
     ball = np.array([[0.0, 0.0, 0.0, 0.1], [*(1.0 - step * np.ones(3)), 0.2], [0.5, 0.5, 0.5, 0.05]])
     walls = walls_of(Seams(np.zeros(3), np.ones(3)), radius_max=0.2)

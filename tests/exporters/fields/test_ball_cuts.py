@@ -36,7 +36,7 @@ def test_planes_through_the_centre_and_beside_the_ball_have_their_simple_values(
     assert cuts.corner(at, at, at)[0] == pytest.approx(share**3 * cuts.BALL, abs=1e-15)
 
 
-def test_the_pieces_of_a_ball_of_many_cells_are_those_of_the_library_and_make_up_the_ball():
+def test_pieces_of_a_ball_in_many_cells_match_the_library_and_add_up_to_the_ball():
     center, radius, spacing = np.array([[1.3, 1.1, 0.9]]), np.array([0.8]), np.array([0.35, 0.5, 0.28])
     shape = (7, 5, 7)
     volume = cells.grid_volumes(center, radius, np.zeros(3), spacing, shape)

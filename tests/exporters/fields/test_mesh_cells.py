@@ -55,7 +55,7 @@ def test_a_ball_in_a_convex_cell_is_what_the_library_finds(name):
 @pytest.mark.parametrize("shift", [0.0, 1e-17, 1e-14, 1e-9, 2e-6, 3.1e-6, 1e-4])
 @pytest.mark.parametrize("center", [(0.5, 0.5, 0), (0.5, 0, 0), (0, 0, 0), (0.3, 1, 1), (0.1, 0, 1)], ids=str)
 @pytest.mark.parametrize("turned", [False, True])
-def test_of_balls_on_faces_edges_and_corners_a_half_of_a_half_of_a_half_is_inside(center, shift, turned):
+def test_balls_at_faces_edges_and_corners_have_the_right_volume_inside(center, shift, turned):
     frame = TURN if turned else np.eye(3)
     for radius in (0.02, 0.09, 0.3, 0.7):
         inward = np.sign(0.5 - np.array(center)) * np.array([1.0, 0.7, 0.4])

@@ -60,7 +60,7 @@ def test_smooth_angle_is_below_that_of_a_curved_sheet_with_spheres_on_either_sid
         assert low < walls.wall_facets(container).smooth_angle < high
 
 
-def test_facets_of_a_sheet_are_wider_than_what_counts_as_smooth_and_its_surface_stays(tmp_path):
+def test_facets_of_a_sheet_exceed_the_smooth_angle_and_its_surface_stays(tmp_path):
     tank = meshes.tank(open_top=True)
     meshes.saved(tank, tmp_path)
     _, container = read_scene(tmp_path, {"path": "vessel.stl"}, constant(0.05))
