@@ -14,6 +14,8 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from packgen.version import __version__
+
 if TYPE_CHECKING:
     from packgen.bed import Bed
     from packgen.check import check_bed
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     from packgen.filling.pack import pack
     from packgen.report import build_report
     from packgen.scene import load_scene
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Bed", "PackgenError", "__version__", "build_report", "check_bed", "load_container", "load_scene", "pack",

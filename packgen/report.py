@@ -10,7 +10,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
-import packgen
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.bedfile import plain
@@ -38,6 +37,7 @@ from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
+from packgen.version import __version__
 
 THREADS = 2
 
@@ -243,7 +243,7 @@ def compose_report(
     """
     return Report(
         **{name: getattr(measures, name) for name in MEASURED},
-        packgen=packgen.__version__,
+        packgen=__version__,
         missed=(*measures.faults(), *missed),
         warnings=tuple(warnings),
         timings=timings,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import shutil
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -50,7 +51,11 @@ def test_every_block_of_a_page_is_of_a_kind_that_is_run(page):
         assert block.language != "bash" or commands_of(block.text), f"{block}: no command"
 
 
-def test_scenes_in_the_pages_load(tmp_path):
+def test_scenes_in_the_pages_load(tmp_path, monkeypatch):
+    # The guide to plug-ins brings its own algorithm.
+    lattice = EntryPoint("LATTICE", "my_plugin.lattice", "packgen.algorithms")
+    monkeypatch.setattr("packgen.arrange.registry.entry_points", lambda group: [lattice])
+    monkeypatch.syspath_prepend(tmp_path / "my_plugin")
     for path in EXAMPLES.iterdir():
         if path.suffix in {".stl", ".csv"}:
             shutil.copy(path, tmp_path)

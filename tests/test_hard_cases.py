@@ -76,7 +76,10 @@ def test_a_cone_with_a_tip_of_10_degrees_fills(tmp_path, pointed):
         "height": 4.0,
         f"radius_{pointed}": 0.0,
     }
-    assert solid_fraction(run_scene(tmp_path, {"cone": cone}, uniform(0.03, 0.05))) > 0.47
+    # 40 seeds, tip at the bottom: 0.539 +- 0.0024; 20 seeds, at the top: 0.5186 +- 0.0039.
+    # The first sphere of seed 2 comes to rest far above its layer.
+    least = {"bottom": 0.525, "top": 0.50}[pointed]
+    assert solid_fraction(run_scene(tmp_path, {"cone": cone}, uniform(0.03, 0.05), seed=2)) > least
 
 
 @pytest.mark.parametrize("axis", [1, 2], ids=["upright", "lying"])

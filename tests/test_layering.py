@@ -18,6 +18,7 @@ HEAVY = {"torch", "trimesh", "pyvista", "meshio", "matplotlib", "overlap", "numb
 SLOW_TO_LOAD = HEAVY - {"scipy", "rich", "numpy"}
 MODULES = sorted([*ROOT.glob("packgen/**/*.py"), *ROOT.glob("exporters/**/*.py")])
 LINES_MAX = 400
+ARGUMENTS_MAX = 10
 
 
 def imports(path: Path, *, top_only: bool) -> Iterator[str]:
@@ -175,6 +176,20 @@ def test_no_module_is_too_long(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LINES_MAX
 
 
+def arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many arguments a function takes; ``*args`` and ``**kwargs`` count as one each."""
+    taken = function.args
+    named = [*taken.posonlyargs, *taken.args, *taken.kwonlyargs]
+    return len(named) + (taken.vararg is not None) + (taken.kwarg is not None)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=named)
+def test_no_function_takes_too_many_arguments(path):
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    assert [each.name for each in functions if arguments(each) > ARGUMENTS_MAX] == []
+
+
 def loaded_by(*arguments: str) -> set[str]:
     """Top-level modules that a run of the command line loads."""
     code = (
@@ -200,10 +215,10 @@ def fresh(code: str) -> list[str]:
     return run.stdout.split()
 
 
-def test_packgen_alone_loads_no_library_and_no_other_part_of_itself():
+def test_packgen_alone_loads_no_library_and_nothing_of_itself_but_its_version():
     loaded = set(fresh("import sys, packgen; packgen.__all__; print(*sys.modules)"))
     assert loaded & (HEAVY | {"pydantic", "jinja2", "yaml"}) == set()
-    assert {name for name in loaded if name.startswith("packgen")} == {"packgen"}
+    assert {name for name in loaded if name.startswith("packgen")} == {"packgen", "packgen.version"}
 
 
 @pytest.mark.parametrize("name", [each for each in packgen.__all__ if each != "__version__"])

@@ -15,7 +15,7 @@ zones: [{n_particles: 30}]
 """
 
 
-@pytest.mark.parametrize("optimizer", ["projection", "adam"])
+@pytest.mark.parametrize("optimizer", ["projection", pytest.param("adam", marks=pytest.mark.slow)])
 def test_neither_bed_nor_report_depends_on_the_threads(tmp_path, optimizer):
     path = tmp_path / "box.yaml"
     path.write_text(SCENE.replace("OPTIMIZER", optimizer))

@@ -22,6 +22,7 @@ decide; there the volume, which is smooth, is interpolated from centres beside i
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -31,6 +32,50 @@ BALL = 4.0 / 3.0 * math.pi
 # In radii. Of two lengths as small as NEAR, rounding spoils the angle in its tenth digit. A smaller STEP
 # between the centres of an interpolation would, too; a larger one would pass where the ball meets a face.
 NEAR, STEP = 3e-6, 1e-5
+
+
+class Polyhedra(NamedTuple):
+    """Polyhedra with the same numbers of corners and faces, each as seen from its middle.
+
+    Attributes:
+        convex: Whether they are convex; else the first three corners of each face are counter-clockwise from
+            outside, and all faces triangles.
+        middle: Middle of each [m], shape (C, 3), float64.
+        corner: Corners of each from its middle [m], shape (C, K, 3), float64.
+        face: Corners of each face in order around it, the last one of a triangle twice, shape (F, 4), int64.
+        normal: Outward unit normals, shape (C, F, 3), float64.
+        offset: Distance of each face's plane from the middle [m], shape (C, F), float64; infinite: no face.
+    """
+
+    convex: bool
+    middle: NDArray[np.float64]
+    corner: NDArray[np.float64]
+    face: NDArray[np.int64]
+    normal: NDArray[np.float64]
+    offset: NDArray[np.float64]
+
+
+class Boxes(NamedTuple):
+    """A grid of boxes, numbered with x slowest, and the cells in each of them.
+
+    Attributes:
+        origin: Lower corner of the grid [m], shape (3,), float64.
+        size: Size of the boxes [m].
+        shape: Boxes along x, y, z, shape (3,), int64.
+        first: Lowest box of each cell along x, y, z, shape (C, 3), int32.
+        start: First entry of each of the B boxes, shape (B + 1,), int64; see ``listed_cells``.
+        item: Cells in each box, int32.
+    """
+
+    origin: NDArray[np.float64]
+    size: float
+    shape: NDArray[np.int64]
+    first: NDArray[np.int32]
+    start: NDArray[np.int64]
+    item: NDArray[np.int32]
+
+
+Vector = tuple[float, float, float]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -48,14 +93,14 @@ def _along(d: float, e: float, c: float, low: float, high: float) -> float:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _edge(  # type: ignore[no-untyped-def]
-    ax: float, ay: float, az: float, tx: float, ty: float, tz: float, ox: float, oy: float, oz: float,
-    nx: float, ny: float, nz: float, d: float, c: float,
-):  # fmt: skip
+    a: Vector, t: Vector, o: Vector, n: Vector, d: float, c: float
+):
     """Return what an edge adds to a face's sum, whether the foot is on its inner side, whether that is sure.
 
     All in radii: a is the edge's start as seen from the centre, t leads from there to its end and o to the
     face's next corner; n is the face's normal, d its distance, and c is d (3 - d^2) / 2.
     """
+    (ax, ay, az), (tx, ty, tz), (ox, oy, oz), (nx, ny, nz) = a, t, o, n
     length = math.sqrt(tx * tx + ty * ty + tz * tz)
     tx, ty, tz = tx / length, ty / length, tz / length
     mx, my, mz = ty * nz - tz * ny, tz * nx - tx * nz, tx * ny - ty * nx
@@ -104,18 +149,10 @@ def _solid_angle(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _ball_in_cell(  # type: ignore[no-untyped-def]
-    x: float,
-    y: float,
-    z: float,
-    radius: float,
-    cell: int,
-    convex: bool,
-    corner: NDArray[np.float64],
-    face: NDArray[np.int64],
-    normal: NDArray[np.float64],
-    offset: NDArray[np.float64],
+    x: float, y: float, z: float, radius: float, cell: int, cells: Polyhedra
 ):
     """Return what `ball_in_cell` does, and whether rounding cannot have spoilt it."""
+    convex, _, corner, face, normal, offset = cells
     inside, cut = True, False
     for f in range(len(face)):
         depth = offset[cell, f] - normal[cell, f, 0] * x - normal[cell, f, 1] * y - normal[cell, f, 2] * z
@@ -153,11 +190,17 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
                 other = face[f, (k + 3) % 4]
             sx, sy, sz = corner[cell, start, 0], corner[cell, start, 1], corner[cell, start, 2]
             part, on_inner_side, edge_sure = _edge(
-                scale * (sx - x), scale * (sy - y), scale * (sz - z), scale * (corner[cell, end, 0] - sx),
-                scale * (corner[cell, end, 1] - sy), scale * (corner[cell, end, 2] - sz),
-                corner[cell, other, 0] - sx, corner[cell, other, 1] - sy, corner[cell, other, 2] - sz,
-                nx, ny, nz, d, c,
-            )  # fmt: skip
+                (scale * (sx - x), scale * (sy - y), scale * (sz - z)),
+                (
+                    scale * (corner[cell, end, 0] - sx),
+                    scale * (corner[cell, end, 1] - sy),
+                    scale * (corner[cell, end, 2] - sz),
+                ),
+                (corner[cell, other, 0] - sx, corner[cell, other, 1] - sy, corner[cell, other, 2] - sz),
+                (nx, ny, nz),
+                d,
+                c,
+            )
             around += part
             foot_inside = foot_inside and on_inner_side
             sure = sure and edge_sure
@@ -167,18 +210,7 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def ball_in_cell(
-    x: float,
-    y: float,
-    z: float,
-    radius: float,
-    cell: int,
-    convex: bool,
-    corner: NDArray[np.float64],
-    face: NDArray[np.int64],
-    normal: NDArray[np.float64],
-    offset: NDArray[np.float64],
-) -> float:
+def ball_in_cell(x: float, y: float, z: float, radius: float, cell: int, cells: Polyhedra) -> float:
     """Return the volume of a ball within a polyhedron, in units of the radius cubed.
 
     Args:
@@ -187,25 +219,20 @@ def ball_in_cell(
         z: The same.
         radius: Its radius [m].
         cell: Which of the polyhedra.
-        convex: Whether they are convex; else the first three corners of each face are counter-clockwise from
-            outside, and all faces triangles.
-        corner: Corners of each from its middle [m], shape (C, K, 3).
-        face: Corners of each face in order around it, the last one of a triangle twice, shape (F, 4).
-        normal: Outward unit normals, shape (C, F, 3).
-        offset: Distance of each face's plane from the middle [m], shape (C, F); infinite: no face.
+        cells: The polyhedra.
 
     Returns:
         Volume over ``radius**3``.
     """
     volume: float
-    volume, sure = _ball_in_cell(x, y, z, radius, cell, convex, corner, face, normal, offset)
+    volume, sure = _ball_in_cell(x, y, z, radius, cell, cells)
     if sure:
         return volume
     # Towards the cell's middle and away from it: off every edge and corner.
     step, volume = STEP * radius / max(math.sqrt(x * x + y * y + z * z), 1e-300), 0.0
     for share, weight in ((-2.0, -1.0), (-1.0, 4.0), (1.0, 4.0), (2.0, -1.0)):
         to = 1.0 + share * step
-        part = _ball_in_cell(to * x, to * y, to * z, radius, cell, convex, corner, face, normal, offset)[0]
+        part = _ball_in_cell(to * x, to * y, to * z, radius, cell, cells)[0]
         volume += weight * part / 6.0
     return volume
 
@@ -250,19 +277,8 @@ def listed_cells(  # type: ignore[no-untyped-def]
 def add_balls(
     position: NDArray[np.float64],
     radius: NDArray[np.float64],
-    convex: bool,
-    middle: NDArray[np.float64],
-    half: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    face: NDArray[np.int64],
-    normal: NDArray[np.float64],
-    offset: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    size: float,
-    count: NDArray[np.int64],
-    first: NDArray[np.int32],
-    start: NDArray[np.int64],
-    item: NDArray[np.int32],
+    cells: Polyhedra,
+    boxes: Boxes,
     volume: NDArray[np.float64],
 ) -> None:
     """Add to each cell what lies in it of each ball.
@@ -270,21 +286,17 @@ def add_balls(
     Args:
         position: Centres of the balls [m], shape (N, 3).
         radius: Their radii [m], shape (N,).
-        convex: As for `ball_in_cell`.
-        middle: Middle of each cell [m], shape (C, 3).
-        half: How far each cell reaches from its middle along x, y, z at most [m], shape (C, 3).
-        corner: Corners of each cell from its middle [m], shape (C, K, 3).
-        face: As for `ball_in_cell`.
-        normal: Outward unit normals, shape (C, F, 3).
-        offset: Distance of each face's plane from the middle [m], shape (C, F).
-        origin: Lower corner of the grid of `listed_cells` [m], shape (3,).
-        size: Size of its boxes [m].
-        count: Boxes along x, y, z, shape (3,).
-        first: Lowest box of each cell, shape (C, 3).
-        start: First entry of each box.
-        item: Cells in each box.
+        cells: The cells.
+        boxes: Which of them are near.
         volume: Volume in each cell [m3], shape (C,); changes.
     """
+    middle, corner = cells.middle, cells.corner
+    origin, size, count, first, start, item = boxes
+    half = np.zeros(middle.shape)  # how far each cell reaches from its middle along x, y, z at most
+    for cell in range(len(corner)):
+        for k in range(corner.shape[1]):
+            for axis in range(3):
+                half[cell, axis] = max(half[cell, axis], abs(corner[cell, k, axis]))
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
     for i in range(len(radius)):
         for axis in range(3):
@@ -313,5 +325,5 @@ def add_balls(
                         beyond_z = max(abs(z) - half[cell, 2], 0.0)
                         if beyond_x**2 + beyond_y**2 + beyond_z**2 >= radius[i] ** 2:
                             continue
-                        share = ball_in_cell(x, y, z, radius[i], cell, convex, corner, face, normal, offset)
+                        share = ball_in_cell(x, y, z, radius[i], cell, cells)
                         volume[cell] += share * radius[i] ** 3

@@ -8,9 +8,13 @@ coincide, each face is a fan of triangles around its middle: the cells on both s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from exporters.fields.ball_kernels import Polyhedra
 
 Float64Array = NDArray[np.float64]
 Int64Array = NDArray[np.int64]
@@ -53,6 +57,13 @@ class Planes:
         return Planes(
             self.middle[cells], self.normal[cells], self.offset[cells], self.plain[cells], self.volume[cells]
         )
+
+    def polyhedra(self, corners: Float64Array, faces: Int64Array) -> Polyhedra:
+        """Return the cells as the loops take them: of all their corners [m], (C, K, 3), and faces (F, 4)."""
+        from exporters.fields.ball_kernels import Polyhedra
+
+        relative, convex = corners - self.middle[:, None], bool(self.plain.all())
+        return Polyhedra(convex, self.middle, relative, faces, self.normal, self.offset)
 
 
 def mesh_volumes(
@@ -113,7 +124,7 @@ def _in_cells(
     position: Float64Array, radius: Float64Array, corners: Float64Array, faces: Int64Array, planes: Planes
 ) -> Float64Array:
     """Return the volume of spheres in each of some cells [m3], (C,); those that are not plain are fans."""
-    from exporters.fields.ball_kernels import add_balls, listed_cells
+    from exporters.fields.ball_kernels import Boxes, add_balls, listed_cells
 
     low, high = corners.min(axis=1), corners.max(axis=1)
     origin, extent = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
@@ -125,11 +136,9 @@ def _in_cells(
         size *= 1.5
     count = last.max(axis=0).astype(np.int64) + 1
     start, item = listed_cells(first, last, count)
-    volume, relative = np.zeros(len(corners)), corners - planes.middle[:, None]
-    add_balls(
-        position, radius, bool(planes.plain.all()), planes.middle, np.abs(relative).max(axis=1), relative,
-        faces, planes.normal, planes.offset, origin, size, count, first, start, item, volume,
-    )  # fmt: skip
+    volume = np.zeros(len(corners))
+    boxes = Boxes(origin, size, count, first, start, item)
+    add_balls(position, radius, planes.polyhedra(corners, faces), boxes, volume)
     return volume
 
 

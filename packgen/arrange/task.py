@@ -53,7 +53,8 @@ class Setting:
         container: The vessel.
         down: Unit vector along which things fall, shape (3,), float64.
         settings: The scene's ``params`` as the algorithm's own ``Params``; a mapping where it has none.
-        threads: Threads that torch may use; None: the algorithm's choice.
+        threads: Threads that the algorithm may use; None: its own choice. ``adam`` gives them to torch, one
+            by default; ``projection`` arranges on one core whatever is given. The bed does not depend on it.
         device: ``cpu`` or ``cuda``.
     """
 
@@ -124,7 +125,7 @@ class Task:
 
     @property
     def threads(self) -> int | None:
-        """Threads that torch may use; None: the algorithm's choice."""
+        """Threads that the algorithm may use; None: its own choice."""
         return self.setting.threads
 
     @property

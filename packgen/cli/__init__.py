@@ -12,7 +12,6 @@ import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from packgen import __version__
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.options import run_options
@@ -20,6 +19,7 @@ from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
 from packgen.stopping import close, stop_seen, stoppable
+from packgen.version import __version__
 
 COMMANDS = ("report", "compare")
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import packgen
 from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Listener, Setting, Task, ZoneTask, no_listener
@@ -21,6 +20,7 @@ from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.portable import length
 from packgen.supply.fitting import SumFit
 from packgen.supply.supply import Supply
+from packgen.version import __version__
 
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
@@ -178,7 +178,7 @@ def _check_device(device: str) -> None:
 def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
     sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
     provenance: dict[str, Any] = {
-        "packgen": packgen.__version__,
+        "packgen": __version__,
         "scene": scene.path.name,
         "seed": scene.seed,
         "algorithm": scene.algorithm,

@@ -12,9 +12,9 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-import packgen
 from packgen.page.figures import key_figures, mass_text, side_by_side, solver_reports
 from packgen.page.plots import Plot, plots
+from packgen.version import __version__
 
 MARKS = {"ok": "✔ ok", "complete": "✔ complete", "missed": "✘ missed", "not judged": "○ not judged"}
 CLASSES = {"ok": "ok", "complete": "ok", "missed": "missed"}
@@ -72,7 +72,7 @@ def comparison_html(names: Sequence[str], reports: Sequence[Mapping[str, Any]]) 
         names=names,
         rows=side_by_side(reports),
         plots=list(by_title.items()),
-        version=packgen.__version__,
+        version=__version__,
     )  # fmt: skip
 
 

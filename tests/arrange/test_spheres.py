@@ -39,5 +39,4 @@ def test_a_pile_buries_whole_bodies_only():
     pile.bury(np.array([True, True, True, False, True]))
     assert pile.front.body_index.tolist() == [1, 1]
     assert len(pile) == 5
-    pile.unearth()
-    assert np.bincount(pile.front.body_index).tolist() == [2, 2, 1]
+    assert np.bincount(pile.all().body_index).tolist() == [2, 2, 1]

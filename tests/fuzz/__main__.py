@@ -16,6 +16,8 @@ from pathlib import Path
 from tests.fuzz.decks import PROGRAMS, installed
 from tests.fuzz.run import SOLVED_EACH, Outcome, run_number
 
+TELL_EACH = 250
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the scenes that the command line names; return 1 where one has a fault."""
@@ -31,6 +33,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             broken = f" [{outcome.broken}]" if outcome.broken else ""
             print(f"scene {outcome.number}: {fault}{broken}; python -m tests.fuzz --scene {outcome.number}"
                   f" --keep DIR", flush=True)  # fmt: skip
+        if len(outcomes) % TELL_EACH == 0:
+            print(_summary(outcomes, time.perf_counter() - start), file=sys.stderr, flush=True)
         if options.slow and outcome.seconds > options.slow:
             print(f"scene {outcome.number}: took {outcome.seconds:.1f} s", flush=True)
     print(_summary(outcomes, time.perf_counter() - start))

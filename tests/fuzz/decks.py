@@ -16,6 +16,8 @@ PROGRAMS = {"liggghts": "liggghts", "lammps": "lmp", "yade": "yade"}
 STEPS = 5
 FORCE_MAX = 1.0  # weights of a mean sphere, beside what the tolerance and rounded walls allow
 NEIGHBOURS = 12.0
+DEFAULT_MODULUS = 1e8
+WEIGHT_MAX = 1e-3  # a sphere's weight over its cross-section, as a share of its modulus
 SINGLE = 1.2e-7  # rounding of float32, in which solvers read meshes
 SECONDS = 120.0
 
@@ -45,6 +47,19 @@ np.savez("fuzz.npz", rows=np.array(rows), left=left)
 def installed() -> list[str]:
     """Return the solvers whose programs are on the PATH."""
     return [name for name, program in PROGRAMS.items() if shutil.which(program)]
+
+
+def is_loadable(case: Case) -> bool:
+    """Tell whether spheres hold their own weight: of a mountain on springs no solver makes a bed."""
+    radius, density = max(law.high for law in case.laws), float(case.densities.max())
+    stress = density * float(case.data.get("gravity", 9.81)) * radius
+    return stress < WEIGHT_MAX * _moduli(case)[0]
+
+
+def _moduli(case: Case) -> tuple[float, float]:
+    """Return the smallest and the largest of Young's moduli [Pa]; the default is what a set without has."""
+    values = [each["youngs_modulus"] for each in case.data.get("materials", {}).values()]
+    return min([*values, DEFAULT_MODULUS]), max([*values, DEFAULT_MODULUS])
 
 
 def judge_deck(case: Case, solver: str) -> list[str]:
@@ -105,7 +120,7 @@ def judge_rows(case: Case, bed: Bed, rows: Array, left: int) -> list[str]:
 
 def _allowed_force(case: Case, bed: Bed) -> float:
     """Return what overlaps of the tolerance and rounded walls may push by Hertz' law [N]."""
-    stiffest = max((each["youngs_modulus"] for each in case.data.get("materials", {}).values()), default=1e8)
+    stiffest = _moduli(case)[1]
     radius = float(bed.radius.max())
     depth = (case.tolerance or 0.0) * radius + SINGLE * float(np.abs(case.container.bounds).max())
     return NEIGHBOURS * 4.0 / 3.0 * stiffest * float(np.sqrt(radius)) * depth**1.5

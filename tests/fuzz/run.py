@@ -16,7 +16,7 @@ from typing import NoReturn
 import numpy as np
 
 from packgen.cli import main
-from tests.fuzz.decks import judge_deck
+from tests.fuzz.decks import is_loadable, judge_deck
 from tests.fuzz.generator import Case, make_case
 from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, read_bed
 from tests.fuzz.mutations import break_case
@@ -68,7 +68,8 @@ def run_number(
         return Outcome(number, code, 0, seconds, tuple(faults), case.broken)
     faults = judge(case, code, said)
     # A bed without spheres has no deck; nor has one whose refusal the judge has seen.
-    loaded = solver if code in (0, 1) and not faults and (folder / "out" / solver).is_dir() else ""
+    has_deck = code in (0, 1) and not faults and (folder / "out" / solver).is_dir()
+    loaded = solver if has_deck and is_loadable(case) else ""
     if loaded:
         faults = judge_deck(case, loaded)
     if not faults and code in (0, 1) and number % AGAIN_EACH == AGAIN_EACH // 2:

@@ -116,6 +116,14 @@ def _hull(rng: np.random.Generator) -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(rng.normal(size=(int(rng.integers(6, 30)), 3)))
 
 
+def _splinter(rng: np.random.Generator) -> trimesh.Trimesh:
+    """A tetrahedron, mostly with acute edges."""
+    while True:
+        mesh = trimesh.convex.convex_hull(rng.normal(size=(4, 3)))
+        if mesh.volume > 0.02:
+            return mesh
+
+
 OPEN_TOPPED: list[Callable[[np.random.Generator], trimesh.Trimesh]] = [
     lambda rng: trimesh.creation.box(extents=np.exp(rng.uniform(-0.5, 0.5, 3))),
     lambda _rng: meshes.l_box(open_top=False), _frustum, _hopper, _bottle, _star,
@@ -126,7 +134,7 @@ CLOSED: list[Callable[[np.random.Generator], trimesh.Trimesh]] = [
     lambda rng: trimesh.creation.torus(1.0, rng.uniform(0.3, 0.6), major_sections=20, minor_sections=10),
     lambda _rng: meshes.u_bend(open_top=False, radius=0.45, facets=8),
     lambda _rng: trimesh.creation.annulus(0.5, 1.0, 1.2, sections=16),
-    _hull,
+    _hull, _splinter,
 ]  # fmt: skip
 
 

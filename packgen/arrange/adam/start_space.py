@@ -35,7 +35,7 @@ def zone_space(region: Region, earlier: Spheres, radius: float, place: str) -> Z
         if len(points) and len(earlier):
             seams = region.walls.seams
             grid = point_grid(points, seams.low, seams.period)
-            close_points(earlier.position, earlier.radius + radius, closed, points, seams.period, *grid)
+            close_points(earlier.position, earlier.radius + radius, grid, closed)
         return ~closed
 
     def free(altitude: float) -> float:

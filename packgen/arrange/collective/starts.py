@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +44,7 @@ def assign_starts(
     if len(points) == 0 or len(radius) == 0:
         return chosen, chosen >= 0
     points = np.ascontiguousarray(seams.wrapped(points))
-    place: tuple[Any, ...] = (points, seams.period, *point_grid(points, seams.low, seams.period))
+    grid = point_grid(points, seams.low, seams.period)
     closed = np.zeros(len(points), bool)
     largest = float(radius.max())
     octave = octaves(largest / radius)
@@ -55,12 +53,12 @@ def assign_starts(
         members, edge = np.flatnonzero(octave == number), largest * 0.5 ** int(number)
         # A sphere hardly larger than a newcomer is a neighbour like any other.
         large = radius_large > 1.5 * edge
-        close_points(position_large[large], radius_large[large] + 0.5 * edge, closed, *place)
+        close_points(position_large[large], radius_large[large] + 0.5 * edge, grid, closed)
         position_large, radius_large = position_large[~large], radius_large[~large]
         free = np.flatnonzero(~closed)
         if number < octave.max():
             apart = APART * 1.5 * edge
-            picked = pick_apart(free[: CANDIDATES_A_SPHERE * len(members)], len(members), apart, *place)
+            picked = pick_apart(free[: CANDIDATES_A_SPHERE * len(members)], len(members), apart, grid)
         else:
             picked = free[: len(members)]
         placed = members[: len(picked)]

@@ -86,6 +86,9 @@ class Surface:
         altitude = components(front.position, self._zone.region.frame[2])
         highest = 1.5 * max(self._plan.first, 1.0) * self._plan.thickness * self.diameter
         below = altitude <= self.level + highest
+        if not below.any():
+            # The first spheres of a slender tip come to rest high above it, and are all that there is.
+            below[:] = True
         tops = self.map.tops(front.position[below], front.radius[below])
         # Earlier beds that this one stands on belong to its surface. Those that tower beside it do not.
         under = self.ground <= self.level + self.thickness

@@ -8,6 +8,7 @@ fixed sphere under small moving ones) after them.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,6 +21,62 @@ SLICES = 4
 
 LEVEL_RATIO = 4.0
 """Largest to smallest radius of a level: finer levels have fewer candidates in more and emptier cells."""
+
+
+class LevelGrids(NamedTuple):
+    """One grid a range of radii (a level), the largest radii first; cells are numbered through all levels.
+
+    Attributes:
+        box: Lowest and highest centre coordinates and the largest radius [m], shape (7,), float64.
+        reach: Largest reach of each level [m], shape (L,), float64.
+        size: Cell size along y and z [m], shape (L,), float64; along x cells are ``SLICES`` times narrower.
+        cells: Cells along each axis, shape (L, 3), int64.
+        first: First cell of each level, shape (L + 1,), int64.
+    """
+
+    box: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    size: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    first: NDArray[np.int64]
+
+
+class SortedSpheres(NamedTuple):
+    """Spheres by level and cell, those that move before those that are fixed.
+
+    Attributes:
+        ball: Centres and radii [m], shape (N, 4), float64.
+        reach: A pair is close when closer than the sum of these [m], shape (N,), float64.
+        level: Level of each, shape (N,), int8.
+    """
+
+    ball: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    level: NDArray[np.int8]
+
+
+class CellStarts(NamedTuple):
+    """Where each of the C cells begins among sorted spheres.
+
+    Attributes:
+        moving: First moving sphere of each cell, shape (C + 1,), int32.
+        fixed: First fixed sphere of each cell, counted from the first fixed one, shape (C + 1,), int32.
+    """
+
+    moving: NDArray[np.int32]
+    fixed: NDArray[np.int32]
+
+
+class Pairs(NamedTuple):
+    """A neighbour list: P pairs of spheres that are close, each once.
+
+    Attributes:
+        owner: The sphere that owns each pair, shape (P,), int32.
+        neighbor: The other one, shape (P,) or longer, int32.
+    """
+
+    owner: NDArray[np.int32]
+    neighbor: NDArray[np.int32]
 
 
 @njit(cache=True, error_model="numpy")
@@ -49,8 +106,7 @@ def level_grids(  # type: ignore[no-untyped-def]
         reach: Radius and margin of each sphere [m], shape (N,).
 
     Returns:
-        (box (7,), level of each sphere (N,) int8, largest reach of each level (L,), cell size along y and z
-        (L,), cells along each axis (L, 3), first cell of each level (L + 1,)).
+        (the grids, level of each sphere (N,) int8).
     """
     count = len(ball)
     box = bounding_box(ball, count)
@@ -95,21 +151,19 @@ def level_grids(  # type: ignore[no-untyped-def]
             inverse = (1.0 / size[grade]) * (SLICES if axis == 0 else 1)
             cells[grade, axis] = int(extent[axis] * inverse) + 1
         first[grade + 1] = first[grade] + cells[grade, 0] * cells[grade, 1] * cells[grade, 2]
-    return box, level, reaches[:levels], size, cells, first
+    return LevelGrids(box, reaches[:levels], size, cells, first), level
 
 
 @njit(cache=True, error_model="numpy")
 def cell_keys(  # type: ignore[no-untyped-def]
     ball: NDArray[np.float64],
+    level: NDArray[np.int8],
+    grids: LevelGrids,
     begin: int,
     end: int,
-    box: NDArray[np.float64],
-    level: NDArray[np.int8],
-    size: NDArray[np.float64],
-    cells: NDArray[np.int64],
-    first: NDArray[np.int64],
 ):
-    """Return the cell of each sphere in ``begin:end``, the first slot of each cell, and the sorted order."""
+    """Return (first slot of each cell, order by cell) of the spheres in ``begin:end``, counted from there."""
+    box, _, size, cells, first = grids
     count = end - begin
     key = np.empty(count, np.int32)
     start = np.zeros(first[-1] + 1, np.int32)
@@ -128,7 +182,7 @@ def cell_keys(  # type: ignore[no-untyped-def]
     for i in range(count):
         order[fill[key[i]]] = i
         fill[key[i]] += 1
-    return key, start, order
+    return start, order
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -162,45 +216,32 @@ def beyond(value: float, low: float, width: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def fill_list(
-    ball: NDArray[np.float64],
-    reach: NDArray[np.float64],
+    spheres: SortedSpheres,
     moving: int,
-    owners: int,
-    box: NDArray[np.float64],
-    level: NDArray[np.int8],
-    reaches: NDArray[np.float64],
-    size: NDArray[np.float64],
-    cells: NDArray[np.int64],
-    first: NDArray[np.int64],
-    start_moving: NDArray[np.int32],
-    start_fixed: NDArray[np.int32],
+    grids: LevelGrids,
+    starts: CellStarts,
     begin: NDArray[np.int64],
     neighbor: NDArray[np.int32],
 ) -> int:
     """Fill the neighbour list of spheres that lie sorted by level and cell, moving ones first.
 
     Args:
-        ball: Centres and radii [m], shape (N, 4), sorted.
-        reach: A pair is listed when closer than the sum of these [m], shape (N,), sorted.
+        spheres: The spheres.
         moving: How many of them move.
-        owners: How many can own pairs: the moving ones, or all where there is more than one level.
-        box: Of ``level_grids``.
-        level: Of ``level_grids``, in sorted order.
-        reaches: Of ``level_grids``.
-        size: Of ``level_grids``.
-        cells: Of ``level_grids``.
-        first: Of ``level_grids``.
-        start_moving: First moving sphere of each cell.
-        start_fixed: First fixed sphere of each cell, counted from ``moving``.
-        begin: Out: first list entry of each owner, shape (owners + 1,).
+        grids: Of ``level_grids``.
+        starts: Of ``cell_keys``.
+        begin: Out: first list entry of each owner, shape (owners + 1,); owners are the moving spheres, or all
+            where there is more than one level.
         neighbor: Out: the other sphere of each pair.
 
     Returns:
         Number of pairs, or -1 where ``neighbor`` is too short.
     """
+    ball, reach, level = spheres
+    box, reaches, size, cells, first = grids
+    start_moving, start_fixed = starts
     total = 0
-    capacity = len(neighbor)
-    levels = len(size)
+    capacity, owners, levels = len(neighbor), len(begin) - 1, len(size)
     for i in range(owners):
         begin[i] = total
         own = level[i]
@@ -259,33 +300,3 @@ def fill_list(
 def cell_range(value: float, reach: float, inverse: float, count: int) -> tuple[int, int]:
     """Return the first and last of ``count`` cells within a reach of a coordinate."""
     return max(int((value - reach) * inverse), 0), min(int((value + reach) * inverse), count - 1)
-
-
-@njit(cache=True, error_model="numpy")
-def gather(
-    ball: NDArray[np.float64],
-    previous: NDArray[np.float64],
-    identity: NDArray[np.int64],
-    level: NDArray[np.int8],
-    order: NDArray[np.int32],
-    order_fixed: NDArray[np.int32],
-    ball_out: NDArray[np.float64],
-    previous_out: NDArray[np.float64],
-    identity_out: NDArray[np.int64],
-    level_out: NDArray[np.int8],
-) -> None:
-    """Copy spheres in the order of their cells: moving ones by ``order``, fixed ones by ``order_fixed``."""
-    moving = len(order)
-    for i in range(moving):
-        k = order[i]
-        for column in range(4):
-            ball_out[i, column] = ball[k, column]
-        for axis in range(3):
-            previous_out[i, axis] = previous[k, axis]
-        identity_out[i] = identity[k]
-        level_out[i] = level[k]
-    for i in range(len(order_fixed)):
-        k = moving + order_fixed[i]
-        for column in range(4):
-            ball_out[moving + i, column] = ball[k, column]
-        level_out[moving + i] = level[k]

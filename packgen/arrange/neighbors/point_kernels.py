@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -11,8 +12,32 @@ from numpy.typing import NDArray
 POINTS_A_CELL = 4.0
 
 
+class PointGrid(NamedTuple):
+    """Points sorted into the cells of a grid, numbered with x slowest.
+
+    Attributes:
+        points: The points [m], shape (P, 3), float64.
+        period: Length after which space repeats [m], 0 where it does not, shape (3,), float64.
+        corner: Lower corner of the grid [m], shape (3,), float64.
+        size: Cell size [m], shape (3,), float64.
+        cells: Cells along each axis, shape (3,), int64.
+        start: First slot of each of the C cells, shape (C + 1,), int64.
+        order: Points by cell, shape (P,), int64.
+    """
+
+    points: NDArray[np.float64]
+    period: NDArray[np.float64]
+    corner: NDArray[np.float64]
+    size: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    start: NDArray[np.int64]
+    order: NDArray[np.int64]
+
+
 @njit(cache=True, error_model="numpy")
-def point_grid(points: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]):  # type: ignore[no-untyped-def]
+def point_grid(
+    points: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]
+) -> PointGrid:
     """Sort points into cells.
 
     Args:
@@ -21,7 +46,7 @@ def point_grid(points: NDArray[np.float64], low: NDArray[np.float64], period: ND
         period: Length after which space repeats [m], 0 where it does not, shape (3,).
 
     Returns:
-        (corner (3,), cell size (3,), cells along each axis (3,), first slot of each cell, points by cell).
+        The points in their cells.
     """
     count = len(points)
     corner, extent = np.empty(3), np.empty(3)
@@ -55,23 +80,13 @@ def point_grid(points: NDArray[np.float64], low: NDArray[np.float64], period: ND
     for p in range(count):
         order[fill[key[p]]] = p
         fill[key[p]] += 1
-    return corner, size, cells, start, order
+    return PointGrid(points, period, corner, size, cells, start, order)
 
 
 @njit(cache=True, error_model="numpy")
-def mark_near(
-    center: NDArray[np.float64],
-    reach: float,
-    points: NDArray[np.float64],
-    period: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    size: NDArray[np.float64],
-    cells: NDArray[np.int64],
-    start: NDArray[np.int64],
-    order: NDArray[np.int64],
-    mark: NDArray[np.bool_],
-) -> None:
-    """Mark the points closer to a centre than a reach [m]; the rest is of ``point_grid``."""
+def mark_near(center: NDArray[np.float64], reach: float, grid: PointGrid, mark: NDArray[np.bool_]) -> None:
+    """Mark the points of a grid, shape (P,), that are closer to a centre, shape (3,), than a reach [m]."""
+    points, period, corner, size, cells, start, order = grid
     lowest, count = np.empty(3, np.int64), np.empty(3, np.int64)
     for axis in range(3):
         first = math.floor((center[axis] - reach - corner[axis]) / size[axis])
@@ -101,32 +116,17 @@ def mark_near(
 def close_points(
     position: NDArray[np.float64],
     reach: NDArray[np.float64],
+    grid: PointGrid,
     closed: NDArray[np.bool_],
-    points: NDArray[np.float64],
-    period: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    size: NDArray[np.float64],
-    cells: NDArray[np.int64],
-    start: NDArray[np.int64],
-    order: NDArray[np.int64],
 ) -> None:
-    """Close the points within the reach [m] of any of some centres (S, 3); the rest as for ``mark_near``."""
+    """Close the points (P,) of a grid within the reach (S,) [m] of any of some centres (S, 3)."""
     for i in range(len(position)):
-        mark_near(position[i], reach[i], points, period, corner, size, cells, start, order, closed)
+        mark_near(position[i], reach[i], grid, closed)
 
 
 @njit(cache=True, error_model="numpy")
 def pick_apart(
-    candidates: NDArray[np.int64],
-    wanted: int,
-    apart: float,
-    points: NDArray[np.float64],
-    period: NDArray[np.float64],
-    corner: NDArray[np.float64],
-    size: NDArray[np.float64],
-    cells: NDArray[np.int64],
-    start: NDArray[np.int64],
-    order: NDArray[np.int64],
+    candidates: NDArray[np.int64], wanted: int, apart: float, grid: PointGrid
 ) -> NDArray[np.int64]:
     """Return the first candidates that are ``apart`` [m] from each other, by random sequential addition.
 
@@ -136,18 +136,12 @@ def pick_apart(
         candidates: Points to choose from, in random order.
         wanted: How many.
         apart: Distance [m].
-        points: All points [m], shape (P, 3).
-        period: As ``point_grid`` takes it.
-        corner: Of ``point_grid``.
-        size: Of ``point_grid``.
-        cells: Of ``point_grid``.
-        start: Of ``point_grid``.
-        order: Of ``point_grid``.
+        grid: All points.
 
     Returns:
         Chosen points, at most ``wanted``.
     """
-    blocked = np.zeros(len(points), np.bool_)
+    blocked = np.zeros(len(grid.points), np.bool_)
     chosen = np.empty(min(wanted, len(candidates)), np.int64)
     rest = np.empty(len(candidates), np.int64)
     count, others = 0, 0
@@ -160,7 +154,7 @@ def pick_apart(
         else:
             chosen[count] = p
             count += 1
-            mark_near(points[p], apart, points, period, corner, size, cells, start, order, blocked)
+            mark_near(grid.points[p], apart, grid, blocked)
     for k in range(min(others, len(chosen) - count)):
         chosen[count + k] = rest[k]
     return chosen

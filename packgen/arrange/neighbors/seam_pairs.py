@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
-from packgen.arrange.neighbors.list_kernels import cell_keys, fill_list, level_grids
+from packgen.arrange.neighbors.listing import list_pairs
 from packgen.arrange.space.seams import Seams
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class SeamPairs:
+class SeamPairs(NamedTuple):
     """Pairs of spheres that are close across a seam, each once.
 
     Attributes:
         first: One sphere, shape (P,), int32.
         second: The other one, shape (P,), int32.
-        offset: What takes the second one to its image near the first [m], shape (P, 3).
+        offset: What takes the second one to its image near the first [m], shape (P, 3), float64.
     """
 
     first: Int32Array
@@ -93,21 +92,8 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
 
 def _close(ball: Float64Array, reach: Float64Array, split: int) -> tuple[Int64Array, Int64Array]:
     """Return the pairs of one of the first ``split`` spheres and one of the others, counted from there."""
-    box, level, reaches, size, cells, first = level_grids(ball, reach)
-    _, start, order = cell_keys(ball, 0, split, box, level, size, cells, first)
-    _, start_others, order_others = cell_keys(ball, split, len(ball), box, level, size, cells, first)
-    order = np.concatenate([order, split + order_others]).astype(np.int64)
-    owners = split if len(size) == 1 else len(ball)
-    begin, neighbor = np.empty(owners + 1, np.int64), np.empty(24 * len(ball) + 4096, np.int32)
-    while (
-        fill_list(
-            ball[order], reach[order], split, owners, box, level[order], reaches, size, cells, first,
-            start, start_others, begin, neighbor,
-        )
-        < 0
-    ):  # fmt: skip
-        neighbor = np.empty(2 * len(neighbor), np.int32)
-    owner, other = np.repeat(np.arange(owners), np.diff(begin)), neighbor[: begin[-1]].astype(np.int64)
+    order, _, (owner, neighbor) = list_pairs(ball, reach, split)
+    other = neighbor[: len(owner)]
     across = (owner < split) != (other < split)
     low, high = np.minimum(owner, other)[across], np.maximum(owner, other)[across]
     return order[low], order[high] - split

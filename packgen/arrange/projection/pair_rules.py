@@ -1,4 +1,4 @@
-"""Which pairs of spheres a layer lists, and how two that overlap share the way that parts them."""
+"""Which pairs a layer lists, how two spheres share the way that parts them, and what both forms share."""
 
 from __future__ import annotations
 
@@ -7,46 +7,56 @@ import numpy as np
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
 from packgen.bodies import in_two_bodies
 
+PARTING_X, PARTING_Y = 0.7548776662466927, 0.5698402909980532
+"""Steps of an even sequence in the plane, by which coincident spheres part: powers of the plastic number, the
+root of x^3 = x + 1."""
 
-def push_lightness(radius: Float64Array, moving: int, reference: float) -> Float64Array:
-    """Return the weight w of each sphere in a push: sphere i of a pair takes w_i / (w_i + w_j) of it.
+GRAIN_STEP = 0.6180339887498949
+"""Step from one sphere to the next of the part of a wall's roughness that keeps it off, modulo 1: the golden
+ratio's even sequence."""
 
-    The weight of a moving sphere is one over its mass. A fixed sphere does not move, but a smaller one has a
-    weight, too: a large sphere on a bed of small fixed ones has many contacts at once. If it took each push
-    in full, their sum would throw it off its place again and again, until it counts as a sphere without a
-    place. The largest sphere takes the ratio of the radii from a fixed one, all of the push from one of its
-    own size.
+GRAIN_PUSH = 0.1
+"""Largest push by rough walls in a sweep, all features together, in radii: gentle, for a sphere between two
+walls must not pass one."""
+
+
+def push_weights(radius: Float64Array, moving: int, reference: float) -> Float64Array:
+    """Return the weight w of each sphere in a push: of a pair, sphere i takes w_i / (w_i + w_j) of it.
+
+    The weight of a moving sphere is one over its mass. A fixed sphere does not move, whatever its share; but
+    a large sphere on a bed of small fixed ones has many contacts at once, and if it took each push in full,
+    all of them together would throw it off its place again and again, until it counts as a sphere without a
+    place. The largest spheres take the ratio of the radii; of two equal ones the moving one takes all.
 
     Args:
         radius: Radii [m], shape (N,), float64.
-        moving: The first ``moving`` spheres move.
+        moving: The first so many spheres move.
         reference: Any radius [m], to keep the numbers near one.
 
     Returns:
-        Weights relative to a sphere of the reference radius, shape (N,), float64; 0 for a fixed sphere as
-        large as the largest.
+        Weights, shape (N,), float64; 0 for a fixed sphere as large as the largest.
     """
     ratio = reference / radius
-    lightness = ratio * ratio * ratio
+    weight = ratio * ratio * ratio
     if moving < len(radius):
         largest = float(radius.max())
         least = reference / largest
-        lightness[moving:] = least * least * least * (largest / radius[moving:] - 1.0)
-    return lightness
+        weight[moving:] = least * least * least * (largest / radius[moving:] - 1.0)
+    return weight
 
 
 def list_reach(radius: Float64Array, moving: int, skin: float, reference: float) -> Float64Array:
-    """Return the reach of each sphere: its radius plus the distance it may move while the list holds [m].
+    """Return the reach of each sphere: its radius and how far it may move while the list holds [m].
 
-    The margin is half the skin of the geometric mean of both radii. All spheres of a layer move by similar
-    distances. Margins proportional to the radius would be too small for small spheres and needlessly large
-    for large ones. The geometric mean lies between.
+    The margin is half the skin times sqrt(mean radius * radius). In one layer all spheres move by about as
+    much. Margins proportional to the radius would be too small for small spheres and needlessly large for
+    large ones; the square root is between.
 
     Args:
         radius: Radii [m], shape (N,), float64.
-        moving: The first ``moving`` spheres move; a fixed one reaches as far as its surface.
+        moving: The first so many spheres move; what is fixed reaches as far as its surface.
         skin: Twice the margin of a sphere of the reference radius, in units of it.
-        reference: Mean radius of the moving spheres [m].
+        reference: Mean radius of what moves [m].
 
     Returns:
         Reaches [m], shape (N,), float64.

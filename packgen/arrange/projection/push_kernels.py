@@ -12,28 +12,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-PARTING_X, PARTING_Y = 0.7548776662466927, 0.5698402909980532
-"""Steps of an even sequence in the plane: powers of the plastic number, the root of x^3 = x + 1."""
+from packgen.arrange.neighbors.list_kernels import Pairs
+from packgen.arrange.neighbors.seam_pairs import SeamPairs
+from packgen.arrange.projection.pair_rules import PARTING_X, PARTING_Y
 
 
 @njit(cache=True, error_model="numpy")
-def touching_pairs(
-    ball: NDArray[np.float64],
-    owner: NDArray[np.int32],
-    neighbor: NDArray[np.int32],
-    touching: NDArray[np.int32],
-) -> int:
+def touching_pairs(ball: NDArray[np.float64], pairs: Pairs, touching: NDArray[np.int32]) -> int:
     """Find the listed pairs that overlap.
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
-        owner: One sphere of each listed pair, shape (P,).
-        neighbor: The other one, shape (P,) or longer.
+        pairs: The listed pairs, P of them.
         touching: Out: numbers of the pairs that overlap, at least P + 1 entries.
 
     Returns:
         How many there are.
     """
+    owner, neighbor = pairs
     count = 0
     for k in range(len(owner)):
         # Unsigned: no code for negative indices in the innermost loop.
@@ -48,18 +44,66 @@ def touching_pairs(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def parting(i: int, j: int) -> tuple[float, float, float]:
+def parting(i: int | np.uint64, j: int | np.uint64) -> tuple[float, float, float]:
     """Return a direction along which the coincident spheres i and j part, by their numbers."""
     across, along = PARTING_X * (i + j), PARTING_Y * (i + j)
     return across - math.floor(across) - 0.5, along - math.floor(along) - 0.5, 0.5 - (i & 1)
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def push_apart(
+    i: int | np.uint64,
+    j: int | np.uint64,
+    dx: float,
+    dy: float,
+    dz: float,
+    ball: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    shift: NDArray[np.float64],
+    worst: float,
+) -> float:
+    """Add the push of one overlapping pair to the shifts of both.
+
+    Args:
+        i: One sphere.
+        j: The other one.
+        dx: From the other one, or its image, to the one [m].
+        dy: The same.
+        dz: The same.
+        ball: Centres and radii [m], shape (N, 4).
+        weight: Weight of each sphere in a push; see ``push_weights``; shape (N,).
+        shift: Sum of the pushes on each sphere [m], shape (N, 3); grows.
+        worst: Largest overlap so far, as a fraction of the smaller radius.
+
+    Returns:
+        Largest overlap, this pair's included.
+    """
+    reach = ball[i, 3] + ball[j, 3]
+    distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+    overlap = reach - distance
+    smaller = min(ball[i, 3], ball[j, 3])
+    if overlap > worst * smaller:
+        worst = overlap / smaller
+    if distance < 1e-9 * reach:
+        # Coincident centres have no normal: the numbers of the spheres give a direction.
+        dx, dy, dz = parting(i, j)
+        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+    push = overlap / (distance * (weight[i] + weight[j]))
+    own, back = push * weight[i], push * weight[j]
+    shift[i, 0] += own * dx
+    shift[i, 1] += own * dy
+    shift[i, 2] += own * dz
+    shift[j, 0] -= back * dx
+    shift[j, 1] -= back * dy
+    shift[j, 2] -= back * dz
+    return worst
+
+
 @njit(cache=True, error_model="numpy")
 def push_pairs(
     ball: NDArray[np.float64],
-    lightness: NDArray[np.float64],
-    owner: NDArray[np.int32],
-    neighbor: NDArray[np.int32],
+    weight: NDArray[np.float64],
+    pairs: Pairs,
     touching: NDArray[np.int32],
     shift: NDArray[np.float64],
 ) -> float:
@@ -67,15 +111,15 @@ def push_pairs(
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
-        lightness: Each of a pair takes the share of its own in the sum; see ``push_lightness``; shape (N,).
-        owner: One sphere of each listed pair.
-        neighbor: The other one.
-        touching: The pairs that overlap, shape (T,).
+        weight: Weight of each sphere in a push; see ``push_weights``; shape (N,).
+        pairs: The listed pairs.
+        touching: Those of them that overlap, shape (T,).
         shift: Out: sum of the pushes on each sphere [m], shape (N, 3).
 
     Returns:
         Largest overlap as a fraction of the smaller radius.
     """
+    owner, neighbor = pairs
     worst = 0.0
     shift[:] = 0.0
     for k in touching:
@@ -83,114 +127,118 @@ def push_pairs(
         dx = ball[i, 0] - ball[j, 0]
         dy = ball[i, 1] - ball[j, 1]
         dz = ball[i, 2] - ball[j, 2]
-        reach = ball[i, 3] + ball[j, 3]
-        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        overlap = reach - distance
-        smaller = min(ball[i, 3], ball[j, 3])
-        if overlap > worst * smaller:
-            worst = overlap / smaller
-        if distance < 1e-9 * reach:
-            # Coincident centres have no normal: part them along a direction of their own numbers.
-            dx, dy, dz = parting(owner[k], neighbor[k])
-            distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        push = overlap / (distance * (lightness[i] + lightness[j]))
-        own, back = push * lightness[i], push * lightness[j]
-        shift[i, 0] += own * dx
-        shift[i, 1] += own * dy
-        shift[i, 2] += own * dz
-        shift[j, 0] -= back * dx
-        shift[j, 1] -= back * dy
-        shift[j, 2] -= back * dz
+        worst = push_apart(i, j, dx, dy, dz, ball, weight, shift, worst)
     return worst
 
 
 @njit(cache=True, error_model="numpy")
 def push_seam_pairs(
-    ball: NDArray[np.float64],
-    lightness: NDArray[np.float64],
-    first: NDArray[np.int32],
-    second: NDArray[np.int32],
-    offset: NDArray[np.float64],
-    shift: NDArray[np.float64],
+    ball: NDArray[np.float64], weight: NDArray[np.float64], seam: SeamPairs, shift: NDArray[np.float64]
 ) -> float:
-    """Add the pushes of overlaps across the seams to those of ``pushes.push_pairs``.
+    """Add the pushes of overlaps across the seams to those of ``push_pairs``.
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
-        lightness: Share of a push that each sphere takes; see ``push_pairs``.
-        first: One sphere of each pair.
-        second: The other one.
-        offset: What takes the second one to its image near the first [m], shape (P, 3).
+        weight: Weight of each sphere in a push; see ``push_weights``; shape (N,).
+        seam: The pairs that are close across a seam.
         shift: Sum of the pushes on each sphere [m], shape (N, 3); grows.
 
     Returns:
         Largest overlap as a fraction of the smaller radius.
     """
+    first, second, offset = seam
     worst = 0.0
     for k in range(len(first)):
-        i, j = first[k], second[k]
+        i, j = np.uint64(first[k]), np.uint64(second[k])
         dx = ball[i, 0] - (ball[j, 0] + offset[k, 0])
         dy = ball[i, 1] - (ball[j, 1] + offset[k, 1])
         dz = ball[i, 2] - (ball[j, 2] + offset[k, 2])
         reach = ball[i, 3] + ball[j, 3]
-        square = dx * dx + dy * dy + dz * dz
-        if not square < reach * reach:  # nor of one that was taken out, which is not a number
-            continue
-        distance = math.sqrt(square)
-        overlap = reach - distance
-        worst = max(worst, overlap / min(ball[i, 3], ball[j, 3]))
-        if distance < 1e-9 * reach:
-            # Coincident: part them along a direction of their own numbers, as all other pairs.
-            dx, dy, dz = parting(i, j)
-            distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        push = overlap / (distance * (lightness[i] + lightness[j]))
-        own, back = push * lightness[i], push * lightness[j]
-        shift[i, 0] += own * dx
-        shift[i, 1] += own * dy
-        shift[i, 2] += own * dz
-        shift[j, 0] -= back * dx
-        shift[j, 1] -= back * dy
-        shift[j, 2] -= back * dz
+        if dx * dx + dy * dy + dz * dz < reach * reach:  # also skips removed spheres (NaN)
+            worst = push_apart(i, j, dx, dy, dz, ball, weight, shift, worst)
     return worst
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def blamed_sphere(
-    i: int, j: int, moving: int, radius: float, other: float, height: NDArray[np.float64]
-) -> int:
-    """Return which of an overlapping pair has to go: one that moves, the smaller, else the higher."""
-    blamed = i
-    if i >= moving or (j < moving and (other < 0.6 * radius or height[j] > height[i])):
-        blamed = j
-    if i < moving and radius < 0.6 * other:
-        blamed = i
-    return blamed
-
-
-@njit(cache=True, error_model="numpy")
-def seam_overlaps(
+def blame_one(
+    i: int,
+    j: int,
+    dx: float,
+    dy: float,
+    dz: float,
     ball: NDArray[np.float64],
     scale: float,
-    moving: int,
-    first: NDArray[np.int32],
-    second: NDArray[np.int32],
-    offset: NDArray[np.float64],
     height: NDArray[np.float64],
     overlap: NDArray[np.float64],
 ) -> float:
-    """Add the overlaps across the seams to the blame of ``sweep.sphere_overlaps``; return the largest."""
+    """Blame the overlap of a pair on the one that has to go: it moves, is the smaller, else the higher.
+
+    Args:
+        i: One sphere.
+        j: The other one.
+        dx: From the other one, or its image, to the one [m].
+        dy: The same.
+        dz: The same.
+        ball: Centres and arranged radii [m], shape (N, 4).
+        scale: True radius over arranged radius.
+        height: Height of each moving sphere [m], shape (moving,).
+        overlap: Largest overlap that each moving sphere is blamed for, as a fraction of the smaller true
+            radius, shape (moving,); grows.
+
+    Returns:
+        The overlap of the true spheres as a fraction of the smaller radius; 0 where they are apart.
+    """
+    moving = len(height)
+    radius, other = scale * ball[i, 3], scale * ball[j, 3]
+    reach = radius + other
+    square = dx * dx + dy * dy + dz * dz
+    depth = 0.0
+    if square < reach * reach:  # also skips removed spheres (NaN)
+        depth = (reach - math.sqrt(square)) / min(radius, other)
+        blamed = i
+        if i >= moving or (j < moving and (other < 0.6 * radius or height[j] > height[i])):
+            blamed = j
+        if i < moving and radius < 0.6 * other:
+            blamed = i
+        overlap[blamed] = max(overlap[blamed], depth)
+    return depth
+
+
+@njit(cache=True, error_model="numpy")
+def blame_pairs(
+    ball: NDArray[np.float64],
+    scale: float,
+    pairs: Pairs,
+    seam: SeamPairs,
+    height: NDArray[np.float64],
+    overlap: NDArray[np.float64],
+) -> float:
+    """Blame the overlap of each pair, seams included; see ``blame_one``.
+
+    Args:
+        ball: Centres and arranged radii [m], shape (N, 4).
+        scale: True radius over arranged radius.
+        pairs: The listed pairs.
+        seam: The pairs that are close across a seam.
+        height: Height of each moving sphere [m], shape (moving,).
+        overlap: Largest overlap that each moving sphere is blamed for, shape (moving,); grows.
+
+    Returns:
+        Largest overlap as a fraction of the smaller true radius.
+    """
+    owner, neighbor = pairs
     worst = 0.0
+    for k in range(len(owner)):
+        i, j = owner[k], neighbor[k]
+        dx = ball[i, 0] - ball[j, 0]
+        dy = ball[i, 1] - ball[j, 1]
+        dz = ball[i, 2] - ball[j, 2]
+        worst = max(worst, blame_one(i, j, dx, dy, dz, ball, scale, height, overlap))
+    first, second, offset = seam
     for k in range(len(first)):
         i, j = first[k], second[k]
-        radius, other = scale * ball[i, 3], scale * ball[j, 3]
         dx = ball[i, 0] - (ball[j, 0] + offset[k, 0])
         dy = ball[i, 1] - (ball[j, 1] + offset[k, 1])
         dz = ball[i, 2] - (ball[j, 2] + offset[k, 2])
-        reach = radius + other
-        square = dx * dx + dy * dy + dz * dz
-        if square < reach * reach:
-            depth = (reach - math.sqrt(square)) / min(radius, other)
-            worst = max(worst, depth)
-            blamed = blamed_sphere(i, j, moving, radius, other, height)
-            overlap[blamed] = max(overlap[blamed], depth)
+        worst = max(worst, blame_one(i, j, dx, dy, dz, ball, scale, height, overlap))
     return worst

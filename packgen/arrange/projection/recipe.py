@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -199,16 +200,16 @@ def _tube_share(width: float | None, slower: float) -> float:
     return share * (slowest - slower) / (slowest - 1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(NamedTuple):
     """How a sweep moves the spheres; see ``Recipe``.
 
     Attributes:
         momentum: Share of a sphere's last displacement that is added again.
         relaxation: Factor on the sum of a sphere's pushes.
         stride: Largest displacement by pushes, in radii.
-        roughness: Depth of the walls' roughness, in radii.
-        far: Margins after which a single sphere makes the neighbour list void.
+        roughness: Depth of the walls' roughness, in radii: each sphere is kept off the walls by a part of it.
+        far: Margins after which a single sphere, which may be inside another one unseen, makes the neighbour
+            list void.
     """
 
     momentum: float

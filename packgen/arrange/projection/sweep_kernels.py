@@ -8,93 +8,109 @@ masses, from a position extrapolated by momentum.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from packgen.arrange.neighbors.list_kernels import Pairs
+from packgen.arrange.neighbors.seam_pairs import SeamPairs
+from packgen.arrange.projection.pair_rules import GRAIN_PUSH, GRAIN_STEP
 from packgen.arrange.projection.push_kernels import (
-    blamed_sphere,
+    blame_pairs,
     push_pairs,
     push_seam_pairs,
-    seam_overlaps,
     touching_pairs,
 )
-from packgen.arrange.space.feature_kernels import out_of_reach, wall_gap
+from packgen.arrange.projection.recipe import Step
+from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_gap
+from packgen.arrange.space.map_kernels import WallList
 
-GRAIN_PUSH = 0.1
-"""Largest push by rough walls in a sweep, all features together, in radii: gentle, for a sphere between two
-walls must not pass one."""
+
+class LayerSpheres(NamedTuple):
+    """The spheres of a layer; the first ones move.
+
+    Attributes:
+        ball: Centres and arranged radii [m], shape (N, 4), float64.
+        previous: Centres of the moving ones one sweep ago [m], shape (moving, 3), float64.
+        weight: Weight of each sphere in a push, shape (N,), float64; see ``push_weights``.
+        identity: A number of each moving sphere, by which it meets its own grain of a rough wall, shape
+            (moving,), int64.
+    """
+
+    ball: NDArray[np.float64]
+    previous: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    identity: NDArray[np.int64]
+
+
+class Anchor(NamedTuple):
+    """For how long the lists of a layer hold.
+
+    Attributes:
+        center: Centres of the moving spheres when the lists were made [m], shape (moving, 3), float64.
+        margin: They hold while no sphere has moved further than this [m], shape (moving,), float64.
+    """
+
+    center: NDArray[np.float64]
+    margin: NDArray[np.float64]
+
+
+class Work(NamedTuple):
+    """Work space of a sweep over N spheres and P pairs.
+
+    Attributes:
+        touching: For the pairs that overlap, shape (P + 1,) or longer, int32.
+        shift: For the pushes on each sphere [m], shape (N, 3), float64.
+    """
+
+    touching: NDArray[np.int32]
+    shift: NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
 def wall_grain(identity: int) -> float:
     """Return the part of a wall's roughness that keeps a sphere off, 0 to 1: the golden ratio's multiples."""
-    return identity * 0.6180339887498949 % 1.0
+    return identity * GRAIN_STEP % 1.0
 
 
 @njit(cache=True, error_model="numpy")
 def sweep(  # type: ignore[no-untyped-def]
-    ball: NDArray[np.float64],
-    previous: NDArray[np.float64],
-    lightness: NDArray[np.float64],
-    moving: int,
-    owner: NDArray[np.int32],
-    neighbor: NDArray[np.int32],
-    touching: NDArray[np.int32],
-    shift: NDArray[np.float64],
-    anchor: NDArray[np.float64],
-    margin: NDArray[np.float64],
-    seam_first: NDArray[np.int32],
-    seam_second: NDArray[np.int32],
-    seam_offset: NDArray[np.float64],
-    wall_begin: NDArray[np.int64],
-    wall_item: NDArray[np.int32],
-    wall_room: NDArray[np.float64],
-    kind: NDArray[np.int8],
-    row: NDArray[np.float64],
-    identity: NDArray[np.int64],
+    spheres: LayerSpheres,
+    pairs: Pairs,
+    seam: SeamPairs,
+    features: Features,
+    near: WallList,
+    anchor: Anchor,
+    work: Work,
     sink: NDArray[np.float64],
-    momentum: float,
-    relaxation: float,
-    stride: float,
-    roughness: float,
-    far: float,
+    step: Step,
 ):
     """Sink, extrapolate, push apart, and put back inside the walls, once.
 
     Args:
-        ball: Centres and radii [m], shape (N, 4); the first ``moving`` rows change.
-        previous: Centres one sweep ago [m], shape (moving, 3); changes.
-        lightness: Share of a push that each sphere takes; see ``push_pairs``.
-        moving: The first so many spheres move.
-        owner: One sphere of each listed pair, shape (P,).
-        neighbor: The other one, shape (P,) or longer.
-        touching: Work space, shape (P + 1,) or longer.
-        shift: Work space, shape (N, 3).
-        anchor: Centres when the neighbour list was built [m], shape (moving, 3).
-        margin: The neighbour list holds while no sphere has moved further than this [m], shape (moving,).
-        seam_first: One sphere of each pair across a seam.
-        seam_second: The other one.
-        seam_offset: What takes the other one to its image [m], shape (P, 3).
-        wall_begin: First wall entry of each moving sphere.
-        wall_item: Features within reach.
-        wall_room: Gap to each of them when the list was built [m].
-        kind: Kind of each feature.
-        row: The features.
-        identity: A number of each moving sphere by which it meets its own grain of a rough wall.
+        spheres: The spheres; ``ball`` and ``previous`` of the moving ones change.
+        pairs: The listed pairs.
+        seam: The pairs that are close across a seam.
+        features: The walls.
+        near: Which of them each moving sphere can reach.
+        anchor: For how long the lists hold.
+        work: Work space.
         sink: Displacement before the sweep [m], shape (3,).
-        momentum: Share of the last displacement that is added again.
-        relaxation: Factor on the sum of the pushes.
-        stride: Largest displacement by pushes, as a fraction of the radius.
-        roughness: Depth of the walls' roughness, as a fraction of the radius: each sphere is kept off the
-            walls by a part of it.
-        far: A sphere that has moved by so many margins may be inside another one unseen: it counts as all.
+        step: How the spheres move.
 
     Returns:
-        (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; more
-        than there are where one has by far).
+        (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; a sphere
+        that has by ``step.far`` margins adds ``moving`` to the count, which forces a rebuild).
     """
+    ball, previous, weight, identity = spheres
+    wall_begin, wall_item, wall_room = near
+    kind, row = features
+    center, margin = anchor
+    touching, shift = work
+    momentum, relaxation, stride, roughness, far = step
+    moving = len(previous)
     sink_x, sink_y, sink_z = sink[0], sink[1], sink[2]
     for i in range(moving):
         x, y, z = ball[i, 0] + sink_x, ball[i, 1] + sink_y, ball[i, 2] + sink_z
@@ -102,9 +118,9 @@ def sweep(  # type: ignore[no-untyped-def]
         ball[i, 1] = y + momentum * (y - previous[i, 1])
         ball[i, 2] = z + momentum * (z - previous[i, 2])
         previous[i, 0], previous[i, 1], previous[i, 2] = x, y, z
-    count = touching_pairs(ball, owner, neighbor, touching)
-    worst = push_pairs(ball, lightness, owner, neighbor, touching[:count], shift)
-    worst = max(worst, push_seam_pairs(ball, lightness, seam_first, seam_second, seam_offset, shift))
+    count = touching_pairs(ball, pairs, touching)
+    worst = push_pairs(ball, weight, pairs, touching[:count], shift)
+    worst = max(worst, push_seam_pairs(ball, weight, seam, shift))
     strays = 0
     for i in range(moving):
         radius = ball[i, 3]
@@ -123,9 +139,9 @@ def sweep(  # type: ignore[no-untyped-def]
         rounds = 0 if math.isnan(x) else min(wall_begin[i + 1] - wall_begin[i], 2)
         travel, keep_off, gentle = 0.0, 0.0, GRAIN_PUSH * radius
         if rounds > 0:
-            dx = x - anchor[i, 0]
-            dy = y - anchor[i, 1]
-            dz = z - anchor[i, 2]
+            dx = x - center[i, 0]
+            dy = y - center[i, 1]
+            dz = z - center[i, 2]
             travel = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9 * radius
             keep_off = roughness * radius * wall_grain(identity[i])
         for _ in range(rounds):
@@ -152,9 +168,9 @@ def sweep(  # type: ignore[no-untyped-def]
             if not pushed:
                 break
         ball[i, 0], ball[i, 1], ball[i, 2] = x, y, z
-        dx = x - anchor[i, 0]
-        dy = y - anchor[i, 1]
-        dz = z - anchor[i, 2]
+        dx = x - center[i, 0]
+        dy = y - center[i, 1]
+        dz = z - center[i, 2]
         square, allowed = dx * dx + dy * dy + dz * dz, margin[i] * margin[i]
         if square > allowed:
             strays += 1
@@ -167,16 +183,10 @@ def sweep(  # type: ignore[no-untyped-def]
 def sphere_overlaps(
     ball: NDArray[np.float64],
     scale: float,
-    moving: int,
-    owner: NDArray[np.int32],
-    neighbor: NDArray[np.int32],
-    seam_first: NDArray[np.int32],
-    seam_second: NDArray[np.int32],
-    seam_offset: NDArray[np.float64],
-    wall_begin: NDArray[np.int64],
-    wall_item: NDArray[np.int32],
-    kind: NDArray[np.int8],
-    row: NDArray[np.float64],
+    pairs: Pairs,
+    seam: SeamPairs,
+    features: Features,
+    near: WallList,
     height: NDArray[np.float64],
     overlap: NDArray[np.float64],
 ) -> float:
@@ -185,16 +195,10 @@ def sphere_overlaps(
     Args:
         ball: Centres and arranged radii [m], shape (N, 4).
         scale: True radius over arranged radius.
-        moving: The first so many spheres move.
-        owner: One sphere of each listed pair, shape (P,).
-        neighbor: The other one, shape (P,) or longer.
-        seam_first: One sphere of each pair across a seam.
-        seam_second: The other one.
-        seam_offset: What takes the other one to its image [m], shape (P, 3).
-        wall_begin: First wall entry of each moving sphere.
-        wall_item: Features within reach.
-        kind: Kind of each feature.
-        row: The features.
+        pairs: The listed pairs.
+        seam: The pairs that are close across a seam.
+        features: The walls.
+        near: Which of them each moving sphere can reach.
         height: Height of each moving sphere [m], shape (moving,).
         overlap: Out: the largest overlap each moving sphere is blamed for, as a fraction of the smaller
             true radius, shape (moving,).
@@ -202,24 +206,11 @@ def sphere_overlaps(
     Returns:
         Largest of them.
     """
-    overlap[:moving] = 0.0
-    worst = 0.0
-    for k in range(len(owner)):
-        i, j = owner[k], neighbor[k]
-        radius, other = scale * ball[i, 3], scale * ball[j, 3]
-        dx = ball[i, 0] - ball[j, 0]
-        dy = ball[i, 1] - ball[j, 1]
-        dz = ball[i, 2] - ball[j, 2]
-        reach = radius + other
-        square = dx * dx + dy * dy + dz * dz
-        if square < reach * reach:
-            depth = (reach - math.sqrt(square)) / min(radius, other)
-            worst = max(worst, depth)
-            blamed = blamed_sphere(i, j, moving, radius, other, height)
-            overlap[blamed] = max(overlap[blamed], depth)
-    seams = seam_overlaps(ball, scale, moving, seam_first, seam_second, seam_offset, height, overlap)
-    worst = max(worst, seams)
-    for i in range(moving):
+    wall_begin, wall_item, _ = near
+    kind, row = features
+    overlap[:] = 0.0
+    worst = blame_pairs(ball, scale, pairs, seam, height, overlap)
+    for i in range(len(overlap)):
         if math.isnan(ball[i, 0]):
             continue
         radius = scale * ball[i, 3]

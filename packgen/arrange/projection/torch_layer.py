@@ -9,13 +9,19 @@ from torch import Tensor
 
 from packgen.arrange.neighbors.seam_pairs import images
 from packgen.arrange.neighbors.torch_pairs import neighbor_pairs, neighbor_pairs_between
-from packgen.arrange.projection.pair_rules import list_reach, pairs_to_part, push_lightness
-from packgen.arrange.projection.push_kernels import PARTING_X, PARTING_Y
+from packgen.arrange.projection.pair_rules import (
+    GRAIN_PUSH,
+    GRAIN_STEP,
+    PARTING_X,
+    PARTING_Y,
+    list_reach,
+    pairs_to_part,
+    push_weights,
+)
+from packgen.arrange.projection.ranks import closed_ranks
 from packgen.arrange.projection.recipe import Step
-from packgen.arrange.projection.sweep_kernels import GRAIN_PUSH
-from packgen.arrange.space.map_kernels import wall_candidates
 from packgen.arrange.space.torch_features import feature_gaps
-from packgen.arrange.space.walls import WallTable
+from packgen.arrange.space.walls import WallTable, walls_in_reach
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 
 
@@ -38,13 +44,12 @@ class PlainLayer:
         self.identity: Int64Array = np.arange(moving)
         self.previous = self.ball[:moving, :3].clone()
         self._reference = float(ball[:moving, 3].mean()) if moving else 0.0
-        self._kind = torch.as_tensor(walls.kind, device=self.device)
-        self._row = torch.as_tensor(walls.row, device=self.device)
+        self._kind = torch.as_tensor(walls.features.kind, device=self.device)
+        self._row = torch.as_tensor(walls.features.row, device=self.device)
 
     def rebuild(self, skin: float) -> None:
         """List neighbours and walls anew, good until a sphere moves by its margin; see ``list_reach``."""
         self._close_ranks()
-        self._wrap()
         position, radius, moving = self.ball[:, :3], self.ball[:, 3], self.moving
         reach = self._reach(skin)
         self.margin = (reach - radius)[:moving]
@@ -58,20 +63,20 @@ class PlainLayer:
         if self.body_index is not None:
             self._leave_out_bodies(self.body_index)
         self.anchor = position[:moving].clone()
-        lightness = push_lightness(radius.cpu().numpy(), moving, self._reference)
-        self.lightness = torch.as_tensor(lightness, device=self.device)
+        weight = push_weights(radius.cpu().numpy(), moving, self._reference)
+        self.weight = torch.as_tensor(weight, device=self.device)
         self._list_walls()
 
     def _reach(self, skin: float) -> Tensor:
         reach = list_reach(self.ball[:, 3].cpu().numpy(), self.moving, skin, self._reference)
         return torch.as_tensor(reach, device=self.device)
 
-    def _wrap(self) -> None:
-        if self.walls.seams.wraps:
-            position = self.ball[: self.moving, :3]
-            inside = torch.as_tensor(self.walls.seams.wrapped(position.cpu().numpy()), device=self.device)
-            self.previous += inside - position
-            self.ball[: self.moving, :3] = inside
+    def _close_ranks(self) -> None:
+        ball, previous = self.ball.cpu().numpy(), self.previous.cpu().numpy()
+        ball, previous, self.identity = closed_ranks(ball, previous, self.identity, self.walls.seams)
+        self.ball = torch.as_tensor(ball, device=self.device)
+        self.previous = torch.as_tensor(previous, device=self.device)
+        self.moving = len(previous)
 
     def _list_seams(self, reach: Tensor) -> None:
         """Append the pairs of a sphere and another one's image to the list, each pair once."""
@@ -99,18 +104,7 @@ class PlainLayer:
 
     def _list_walls(self) -> None:
         ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
-        walls, margin = self.walls, self.margin.cpu().numpy()
-        begin, item = np.empty(self.moving + 1, np.int64), np.empty(4096 + 2 * self.moving, np.int32)
-        room = np.empty(len(item))
-        while (
-            wall_candidates(
-                ball, self.moving, margin, walls.kind, walls.row, walls.map_origin, walls.map_size,
-                walls.map_cells, walls.map_start, walls.map_item, begin, item, room,
-            )
-            < 0
-        ):  # fmt: skip
-            item = np.empty(2 * len(item), np.int32)
-            room = np.empty(len(item))
+        begin, item, _ = walls_in_reach(ball, self.margin.cpu().numpy(), self.walls)
         count = np.diff(begin)
         self.wall_count = torch.as_tensor(count, device=self.device)
         sphere = np.repeat(np.arange(self.moving), count)
@@ -146,7 +140,7 @@ class PlainLayer:
         difference = torch.where(same[:, None], parting, difference)
         distance = torch.where(same, torch.linalg.vector_norm(parting, dim=1), distance)
         both = second < self.moving
-        share = self.lightness[first] / (self.lightness[first] + self.lightness[second])
+        share = self.weight[first] / (self.weight[first] + self.weight[second])
         push = (overlap / distance)[:, None] * difference
         shift = torch.zeros_like(self.previous)
         shift.index_add_(0, first, share[:, None] * push)
@@ -175,7 +169,7 @@ class PlainLayer:
     def _put_back(self, position: Tensor, radius: Tensor, roughness: float) -> None:
         """Put spheres back inside their walls, twice where they meet several, or keep them off rough ones."""
         number = torch.as_tensor(self.identity, dtype=torch.float64, device=self.device)
-        keep_off = roughness * radius * (number * 0.6180339887498949 % 1.0)
+        keep_off = roughness * radius * (number * GRAIN_STEP % 1.0)
         gentle = GRAIN_PUSH * radius
         several = self.wall_count > 1
         for ranks in (self.wall_ranks, [(s[several[s]], f[several[s]]) for s, f in self.wall_ranks]):
@@ -215,14 +209,6 @@ class PlainLayer:
     def take_out(self, out: NDArray[np.bool_]) -> None:
         """Take moving spheres out of all contacts."""
         self.ball[: self.moving][torch.as_tensor(out, device=self.device), :3] = torch.nan
-
-    def _close_ranks(self) -> None:
-        """Forget the spheres that were taken out."""
-        keep = ~torch.isnan(self.ball[: self.moving, 0])
-        self.ball = torch.cat([self.ball[: self.moving][keep], self.ball[self.moving :]])
-        self.previous = self.previous[keep]
-        self.identity = self.identity[keep.cpu().numpy()]
-        self.moving = len(self.previous)
 
     def positions(self) -> Float64Array:
         """Return the centres of the moving spheres, in the layer's own order [m], shape (moving, 3)."""

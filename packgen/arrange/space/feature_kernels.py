@@ -7,6 +7,7 @@ which the gap grows fastest.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,6 +18,18 @@ FEATURE_WIDTH = 12
 
 HALF_DIAGONAL = 0.5 * 3.0**0.5
 """Half the diagonal of a cube of side 1."""
+
+
+class Features(NamedTuple):
+    """Wall features as the loops take them.
+
+    Attributes:
+        kind: Kind of each feature, shape (F,), int8; see ``wall_gap``.
+        row: Its numbers, shape (F, FEATURE_WIDTH), float64.
+    """
+
+    kind: NDArray[np.int8]
+    row: NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy", inline="always")

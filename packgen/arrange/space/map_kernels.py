@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from packgen.arrange.space.feature_kernels import (
     HALF_DIAGONAL,
     TRIANGLE,
+    Features,
     closest_on_triangle,
     out_of_reach,
     wall_gap,
@@ -22,6 +24,48 @@ PIECE = 6.0
 STACK = 256
 
 BLOCK = 8
+
+
+class Grid(NamedTuple):
+    """A regular grid of cubes, numbered with z slowest and x fastest.
+
+    Attributes:
+        origin: Lower corner [m], shape (3,), float64.
+        size: Cell size [m].
+        cells: Cells along x, y, z, shape (3,), int64.
+    """
+
+    origin: NDArray[np.float64]
+    size: float
+    cells: NDArray[np.int64]
+
+
+class FeatureMap(NamedTuple):
+    """The wall features near each cell of a grid.
+
+    Attributes:
+        grid: The grid, of C cells.
+        start: First entry of each cell, shape (C + 1,), int32.
+        item: Features, cell by cell, int32.
+    """
+
+    grid: Grid
+    start: NDArray[np.int32]
+    item: NDArray[np.int32]
+
+
+class WallList(NamedTuple):
+    """The wall features that each of some spheres can reach.
+
+    Attributes:
+        begin: First entry of each sphere, shape (N + 1,), int64.
+        item: Features, sphere by sphere, at least ``begin[N]``, int32.
+        room: How far the sphere is from each feature when the list is made [m], as long as ``item``, float64.
+    """
+
+    begin: NDArray[np.int64]
+    item: NDArray[np.int32]
+    room: NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
@@ -47,25 +91,64 @@ def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.flo
 
 
 @njit(cache=True, error_model="numpy")
+def next_piece(
+    stack: NDArray[np.float64],
+    depth: int,
+    grid: Grid,
+    reach: float,
+    low: NDArray[np.int64],
+    high: NDArray[np.int64],
+) -> int:
+    """Take the next piece of a triangle off a stack; pieces that are too long are halved first.
+
+    Args:
+        stack: Pieces [m], shape (STACK, 9); changes. The first ``depth`` of them are still to be taken.
+        depth: How many.
+        grid: The grid; pieces that reach none of its cells are left out.
+        reach: Distance from a piece at which cells count as reached [m].
+        low: Out: lowest cell that the piece reaches along each axis, shape (3,).
+        high: Out: highest one, shape (3,).
+
+    Returns:
+        How many are left, which is also the place of the piece on the stack; -1: there was none.
+    """
+    while depth > 0:
+        if depth < STACK and halved(stack[depth - 1], PIECE * grid.size, stack[depth]):
+            depth += 1
+            continue
+        depth -= 1
+        piece = stack[depth]
+        outside = False
+        for axis in range(3):
+            least = min(piece[axis], piece[3 + axis], piece[6 + axis]) - reach - grid.origin[axis]
+            most = max(piece[axis], piece[3 + axis], piece[6 + axis]) + reach - grid.origin[axis]
+            if most < 0.0 or least > grid.cells[axis] * grid.size:
+                outside = True
+                break
+            low[axis] = max(math.floor(least / grid.size), 0)
+            high[axis] = min(math.floor(most / grid.size), grid.cells[axis] - 1)
+        if not outside:
+            return depth
+    return -1
+
+
+@njit(cache=True, error_model="numpy")
 def map_triangles(  # type: ignore[no-untyped-def]
     corner: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    size: float,
-    cells: NDArray[np.int64],
+    grid: Grid,
     reach: float,
 ):
     """List for each cell of a grid the triangles closer than ``reach`` to any point of it.
 
     Args:
         corner: Triangles [m], shape (F, 9) or wider.
-        origin: Lower corner of the grid [m], shape (3,).
-        size: Cell size [m].
-        cells: Cells along each axis, shape (3,).
+        grid: The grid.
         reach: Distance [m].
 
     Returns:
         (first entry of each cell, int32, shape (cells + 1,); triangles, int32).
     """
+    origin, size, cells = grid
     start = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int32)
     item = np.empty(0, np.int32)
     fill = start
@@ -82,24 +165,9 @@ def map_triangles(  # type: ignore[no-untyped-def]
             last[:] = -1
         for f in range(len(corner)):
             stack[0] = corner[f, :9]
-            depth = 1
-            while depth > 0:
-                piece = stack[depth - 1]
-                if depth < STACK and halved(piece, PIECE * size, stack[depth]):
-                    depth += 1
-                    continue
-                depth -= 1
-                empty = False
-                for axis in range(3):
-                    least = min(piece[axis], piece[3 + axis], piece[6 + axis]) - radius - origin[axis]
-                    most = max(piece[axis], piece[3 + axis], piece[6 + axis]) + radius - origin[axis]
-                    if most < 0.0 or least > cells[axis] * size:
-                        empty = True
-                        break
-                    low[axis] = max(math.floor(least / size), 0)
-                    high[axis] = min(math.floor(most / size), cells[axis] - 1)
-                if empty:
-                    continue
+            depth = next_piece(stack, 1, grid, radius, low, high)
+            while depth >= 0:
+                piece = stack[depth]
                 gx = (piece[0] + piece[3] + piece[6]) / 3.0
                 gy = (piece[1] + piece[4] + piece[7]) / 3.0
                 gz = (piece[2] + piece[5] + piece[8]) / 3.0
@@ -137,6 +205,7 @@ def map_triangles(  # type: ignore[no-untyped-def]
                             else:
                                 item[fill[cell]] = f
                                 fill[cell] += 1
+                depth = next_piece(stack, depth, grid, radius, low, high)
     return start, item
 
 
@@ -163,11 +232,8 @@ def merged_maps(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def map_features(  # type: ignore[no-untyped-def]
-    kind: NDArray[np.int8],
-    row: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    size: float,
-    cells: NDArray[np.int64],
+    features: Features,
+    grid: Grid,
     reach: float,
 ):
     """List for each cell of a grid the features closer than ``reach`` to any point of it.
@@ -175,16 +241,15 @@ def map_features(  # type: ignore[no-untyped-def]
     Blocks of cells first, so that most cells never look at most features.
 
     Args:
-        kind: Kind of each feature, shape (F,).
-        row: The features, shape (F, FEATURE_WIDTH).
-        origin: Lower corner of the grid [m], shape (3,).
-        size: Cell size [m].
-        cells: Cells along each axis, shape (3,).
+        features: The features.
+        grid: The grid.
         reach: Distance [m].
 
     Returns:
         (first entry of each cell, int32, shape (cells + 1,); features, int32).
     """
+    kind, row = features
+    origin, size, cells = grid
     start = np.zeros(cells[0] * cells[1] * cells[2] + 1, np.int32)
     item = np.empty(0, np.int32)
     fill = start
@@ -229,28 +294,27 @@ def map_features(  # type: ignore[no-untyped-def]
     return start, item
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
+    """Return the cell that a point lies in; the nearest one of a point outside of the grid."""
+    cx = min(max(int((x - grid.origin[0]) / grid.size), 0), grid.cells[0] - 1)
+    cy = min(max(int((y - grid.origin[1]) / grid.size), 0), grid.cells[1] - 1)
+    cz = min(max(int((z - grid.origin[2]) / grid.size), 0), grid.cells[2] - 1)
+    return int((cz * grid.cells[1] + cy) * grid.cells[0] + cx)
+
+
 @njit(cache=True, error_model="numpy")
 def least_gap(
-    position: NDArray[np.float64],
-    radius: float,
-    kind: NDArray[np.int8],
-    row: NDArray[np.float64],
-    map_origin: NDArray[np.float64],
-    map_size: float,
-    map_cells: NDArray[np.int64],
-    map_start: NDArray[np.int32],
-    map_item: NDArray[np.int32],
+    position: NDArray[np.float64], radius: float, features: Features, near: FeatureMap
 ) -> NDArray[np.float64]:
     """Return each point's least gap to the features near it, for spheres of one radius [m], shape (N,)."""
+    kind, row = features
     gap = np.full(len(position), np.inf)
     for i in range(len(position)):
         x, y, z = position[i, 0], position[i, 1], position[i, 2]
-        cx = min(max(int((x - map_origin[0]) / map_size), 0), map_cells[0] - 1)
-        cy = min(max(int((y - map_origin[1]) / map_size), 0), map_cells[1] - 1)
-        cz = min(max(int((z - map_origin[2]) / map_size), 0), map_cells[2] - 1)
-        cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
-        for k in range(map_start[cell], map_start[cell + 1]):
-            feature = map_item[k]
+        cell = cell_of(x, y, z, near.grid)
+        for k in range(near.start[cell], near.start[cell + 1]):
+            feature = near.item[k]
             if not out_of_reach(kind[feature], row[feature], x, y, z, radius + gap[i]):
                 gap[i] = min(gap[i], wall_gap(kind[feature], row[feature], x, y, z, radius)[0])
     return gap
@@ -259,15 +323,9 @@ def least_gap(
 @njit(cache=True, error_model="numpy")
 def wall_candidates(
     ball: NDArray[np.float64],
-    moving: int,
     margin: NDArray[np.float64],
-    kind: NDArray[np.int8],
-    row: NDArray[np.float64],
-    map_origin: NDArray[np.float64],
-    map_size: float,
-    map_cells: NDArray[np.int64],
-    map_start: NDArray[np.int32],
-    map_item: NDArray[np.int32],
+    features: Features,
+    near: FeatureMap,
     begin: NDArray[np.int64],
     item: NDArray[np.int32],
     room: NDArray[np.float64],
@@ -275,16 +333,10 @@ def wall_candidates(
     """List the wall features that each moving sphere can reach before the next rebuild.
 
     Args:
-        ball: Centres and radii [m], shape (N, 4).
-        moving: How many of them move.
+        ball: Centres and radii [m], shape (N, 4); the first ones move.
         margin: How far each moving sphere moves at most until then [m], shape (moving,).
-        kind: Kind of each feature, shape (F,).
-        row: The features, shape (F, FEATURE_WIDTH).
-        map_origin: Lower corner of the map of features [m], shape (3,).
-        map_size: Cell size of the map [m].
-        map_cells: Cells along each axis, shape (3,).
-        map_start: First entry of each cell, shape (cells + 1,).
-        map_item: Features near each cell.
+        features: The features.
+        near: Which of them are near.
         begin: Out: first entry of each sphere, shape (moving + 1,).
         item: Out: features.
         room: Out: how far the sphere is from each [m], as long as ``item``.
@@ -292,20 +344,17 @@ def wall_candidates(
     Returns:
         Number of entries, or -1 where ``item`` is too short; of triangles a sphere's nearest one comes first.
     """
-    total = 0
-    inverse = 1.0 / map_size
+    kind, row = features
+    moving, total = len(margin), 0
     for i in range(moving):
         begin[i] = total
         x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
-        cx = min(max(int((x - map_origin[0]) * inverse), 0), map_cells[0] - 1)
-        cy = min(max(int((y - map_origin[1]) * inverse), 0), map_cells[1] - 1)
-        cz = min(max(int((z - map_origin[2]) * inverse), 0), map_cells[2] - 1)
-        cell = (cz * map_cells[1] + cy) * map_cells[0] + cx
-        low, high = map_start[cell], map_start[cell + 1]
+        cell = cell_of(x, y, z, near.grid)
+        low, high = near.start[cell], near.start[cell + 1]
         if total + high - low > len(item):
             return -1
         for k in range(low, high):
-            feature = map_item[k]
+            feature = near.item[k]
             if out_of_reach(kind[feature], row[feature], x, y, z, radius + margin[i]):
                 continue
             gap = wall_gap(kind[feature], row[feature], x, y, z, radius)[0]

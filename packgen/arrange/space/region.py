@@ -55,10 +55,7 @@ class Region:
     def clearance(self, position: Float64Array, radius: float = 0.0) -> Float64Array:
         """Return how far spheres of one radius are inside the region [m], shape (N,); negative is outside."""
         walls = self.walls
-        gap: Float64Array = least_gap(
-            np.ascontiguousarray(position), radius, walls.kind, walls.row, walls.map_origin, walls.map_size,
-            walls.map_cells, walls.map_start, walls.map_item,
-        )  # fmt: skip
+        gap: Float64Array = least_gap(np.ascontiguousarray(position), radius, walls.features, walls.near)
         if self.sides is not None:
             gap[~self.sides.inside(position, walls)] = -np.inf
         return gap

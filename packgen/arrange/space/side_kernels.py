@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from packgen.arrange.space.feature_kernels import HALF_DIAGONAL, TRIANGLE, closest_on_triangle
-from packgen.arrange.space.map_kernels import PIECE, STACK, halved
+from packgen.arrange.space.feature_kernels import HALF_DIAGONAL, TRIANGLE, Features, closest_on_triangle
+from packgen.arrange.space.map_kernels import STACK, FeatureMap, Grid, cell_of, next_piece
 
 OUTSIDE, INSIDE, CUT = 0, 1, 2
 
@@ -17,43 +17,25 @@ OUTSIDE, INSIDE, CUT = 0, 1, 2
 @njit(cache=True, error_model="numpy")
 def mark_cut(
     corner: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    size: float,
-    cells: NDArray[np.int64],
+    grid: Grid,
     label: NDArray[np.int8],
 ) -> None:
     """Mark the cells whose middle is closer to a triangle than half a cell's diagonal.
 
     Args:
         corner: Triangles [m], shape (F, 9).
-        origin: Lower corner of the grid [m], shape (3,).
-        size: Cell size [m].
-        cells: Cells along each axis, shape (3,).
-        label: Out: CUT where a triangle is near, shape (cells x * cells y * cells z,), z slowest.
+        grid: The grid.
+        label: Out: CUT where a triangle is near, shape (cells x * cells y * cells z,).
     """
+    origin, size, cells = grid
     reach = HALF_DIAGONAL * size * (1.0 + 1e-9)
     stack = np.empty((STACK, 9))
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
     for f in range(len(corner)):
         stack[0] = corner[f, :9]
-        depth = 1
-        while depth > 0:
-            piece = stack[depth - 1]
-            if depth < STACK and halved(piece, PIECE * size, stack[depth]):
-                depth += 1
-                continue
-            depth -= 1
-            empty = False
-            for axis in range(3):
-                least = min(piece[axis], piece[3 + axis], piece[6 + axis]) - reach - origin[axis]
-                most = max(piece[axis], piece[3 + axis], piece[6 + axis]) + reach - origin[axis]
-                if most < 0.0 or least > cells[axis] * size:
-                    empty = True
-                    break
-                low[axis] = max(math.floor(least / size), 0)
-                high[axis] = min(math.floor(most / size), cells[axis] - 1)
-            if empty:
-                continue
+        depth = next_piece(stack, 1, grid, reach, low, high)
+        while depth >= 0:
+            piece = stack[depth]
             for cz in range(low[2], high[2] + 1):
                 z = origin[2] + (cz + 0.5) * size
                 for cy in range(low[1], high[1] + 1):
@@ -67,6 +49,7 @@ def mark_cut(
                         px, py, pz = px - x, py - y, pz - z
                         if px * px + py * py + pz * pz < reach * reach:
                             label[first + cx] = CUT
+            depth = next_piece(stack, depth, grid, reach, low, high)
 
 
 @njit(cache=True, error_model="numpy")
@@ -122,18 +105,11 @@ def crosses(
 @njit(cache=True, error_model="numpy")
 def points_inside(
     position: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    size: float,
-    cells: NDArray[np.int64],
+    grid: Grid,
     label: NDArray[np.int8],
     reach: float,
-    kind: NDArray[np.int8],
-    row: NDArray[np.float64],
-    map_origin: NDArray[np.float64],
-    map_size: float,
-    map_cells: NDArray[np.int64],
-    map_start: NDArray[np.int32],
-    map_item: NDArray[np.int32],
+    features: Features,
+    near: FeatureMap,
 ) -> NDArray[np.bool_]:
     """Tell which points are inside.
 
@@ -142,22 +118,17 @@ def points_inside(
 
     Args:
         position: Points [m], shape (N, 3).
-        origin: Lower corner of the labelled grid [m], shape (3,).
-        size: Its cell size [m].
-        cells: Its cells along each axis, shape (3,).
-        label: OUTSIDE, INSIDE or CUT, z slowest.
+        grid: The labelled grid.
+        label: OUTSIDE, INSIDE or CUT, of each cell.
         reach: How far the map of features reaches from any point [m].
-        kind: Kind of each wall feature, shape (F,).
-        row: The features, shape (F, FEATURE_WIDTH).
-        map_origin: Lower corner of the map of features [m], shape (3,).
-        map_size: Its cell size [m].
-        map_cells: Its cells along each axis, shape (3,).
-        map_start: First entry of each cell.
-        map_item: Features near each cell.
+        features: The wall features.
+        near: Which of them are near.
 
     Returns:
         Which points are inside, shape (N,).
     """
+    origin, size, cells = grid
+    kind, row = features
     inside = np.zeros(len(position), np.bool_)
     for i in range(len(position)):
         x, y, z = position[i, 0], position[i, 1], position[i, 2]
@@ -170,10 +141,7 @@ def points_inside(
         if own != CUT:
             inside[i] = own == INSIDE
             continue
-        mx = min(max(int((x - map_origin[0]) / map_size), 0), map_cells[0] - 1)
-        my = min(max(int((y - map_origin[1]) / map_size), 0), map_cells[1] - 1)
-        mz = min(max(int((z - map_origin[2]) / map_size), 0), map_cells[2] - 1)
-        cell = (mz * map_cells[1] + my) * map_cells[0] + mx
+        cell = cell_of(x, y, z, near.grid)
         for ring in range(1, 3):
             for ez in range(max(cz - ring, 0), min(cz + ring, cells[2] - 1) + 1):
                 for ey in range(max(cy - ring, 0), min(cy + ring, cells[1] - 1) + 1):
@@ -189,8 +157,8 @@ def points_inside(
                         if far > reach * reach:
                             continue
                         seen = True
-                        for k in range(map_start[cell], map_start[cell + 1]):
-                            feature = map_item[k]
+                        for k in range(near.start[cell], near.start[cell + 1]):
+                            feature = near.item[k]
                             if kind[feature] == TRIANGLE and crosses(x, y, z, qx, qy, qz, row[feature]):
                                 seen = False
                                 break

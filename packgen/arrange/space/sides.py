@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label as connected
 
+from packgen.arrange.space.map_kernels import Grid
 from packgen.arrange.space.side_kernels import CUT, INSIDE, first_members, mark_cut, points_inside
 from packgen.arrange.space.walls import WallTable
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import Float64Array
 from packgen.geometry import Surface
 from packgen.geometry.winding import winding_numbers
 from packgen.portable import cube_root
@@ -34,15 +35,11 @@ class InsideMap:
     """The labelled grid over a region that meshes bound.
 
     Attributes:
-        origin: Lower corner [m], shape (3,).
-        size: Cell size [m].
-        cells: Cells along x, y, z, shape (3,), int64.
-        label: OUTSIDE, INSIDE or CUT (see ``kernels.inside``), flat, z slowest, int8.
+        grid: The grid, of C cells.
+        label: OUTSIDE, INSIDE or CUT (see ``side_kernels``) of each cell, shape (C,), int8.
     """
 
-    origin: Float64Array
-    size: float
-    cells: Int64Array
+    grid: Grid
     label: NDArray[np.int8]
 
     @classmethod
@@ -58,32 +55,25 @@ class InsideMap:
         size = max(CELL_SIZE * radius, cube_root(float(np.prod(extent)) / CELLS_MAX))
         cells = np.ceil(extent / size).astype(np.int64) + 2
         # Odd, so that flat walls on round numbers do not run along the faces of cells.
-        origin = bounds[0] - 0.973 * size
+        grid = Grid(bounds[0] - 0.973 * size, size, cells)
         label = np.zeros(int(np.prod(cells)), np.int8)
         corners = [surface.vertices[surface.faces].reshape(-1, 9) for surface in surfaces]
         for corner in corners:
-            mark_cut(corner, origin, size, cells, label)
-        _label_regions(label, corners, origin, size, cells)
-        return cls(origin, size, cells, label)
+            mark_cut(corner, grid, label)
+        _label_regions(label, corners, grid)
+        return cls(grid, label)
 
     def inside(self, position: Float64Array, walls: WallTable) -> NDArray[np.bool_]:
         """Tell which points [m], shape (N, 3), are inside, shape (N,); ``walls`` hold the same triangles."""
         result: NDArray[np.bool_] = points_inside(
-            np.ascontiguousarray(position), self.origin, self.size, self.cells, self.label, walls.reach,
-            walls.kind, walls.row, walls.map_origin, walls.map_size, walls.map_cells, walls.map_start,
-            walls.map_item,
-        )  # fmt: skip
+            np.ascontiguousarray(position), self.grid, self.label, walls.reach, walls.features, walls.near
+        )
         return result
 
 
-def _label_regions(
-    label: NDArray[np.int8],
-    corners: Sequence[Float64Array],
-    origin: Float64Array,
-    size: float,
-    cells: Int64Array,
-) -> None:
+def _label_regions(label: NDArray[np.int8], corners: Sequence[Float64Array], grid: Grid) -> None:
     """Label each region of cells that no wall enters by the winding numbers of one of its cells."""
+    origin, size, cells = grid
     region, count = connected((label != CUT).reshape(tuple(cells[::-1])))
     flat = region.ravel().astype(np.int32, copy=False)
     first, members = first_members(flat, count)

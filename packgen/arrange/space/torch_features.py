@@ -1,4 +1,4 @@
-"""The wall features in plain torch: the same closed forms as ``kernels.walls``, for whole tensors."""
+"""The wall features in plain torch: the same closed forms as ``wall_gap``, for whole tensors."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class FeatureWalls:
     @classmethod
     def of(cls, walls: WallTable, device: str) -> FeatureWalls:
         """Return the features of a table on a device."""
-        return cls(torch.as_tensor(walls.kind, device=device), torch.as_tensor(walls.row, device=device))
+        return cls(*(torch.as_tensor(each, device=device) for each in walls.features))
 
     def _all(self, position: Tensor, radius: Tensor) -> tuple[Tensor, Tensor]:
         count, features = len(position), len(self.kind)

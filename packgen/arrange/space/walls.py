@@ -16,10 +16,19 @@ from packgen.arrange.space.feature_kernels import (
     FEATURE_WIDTH,
     PLANE,
     TRIANGLE,
+    Features,
 )
-from packgen.arrange.space.map_kernels import map_features, map_triangles, merged_maps
+from packgen.arrange.space.map_kernels import (
+    FeatureMap,
+    Grid,
+    WallList,
+    map_features,
+    map_triangles,
+    merged_maps,
+    wall_candidates,
+)
 from packgen.arrange.space.seams import NO_SEAMS, Seams
-from packgen.arrays import Float64Array, Int32Array, Int64Array, unique_rows
+from packgen.arrays import Float64Array, filled, unique_rows
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 from packgen.portable import cube_root
 
@@ -35,24 +44,14 @@ class WallTable:
     """The features that bound a group of spheres, and where the space between them wraps around.
 
     Attributes:
-        kind: Kind of each feature (see ``kernels.walls``), shape (F,), int8.
-        row: Its numbers, shape (F, FEATURE_WIDTH), float64.
-        map_origin: Lower corner of the map of features [m], shape (3,).
-        map_size: Its cell size [m].
-        map_cells: Its cells along each axis, shape (3,), int64.
-        map_start: First entry of each cell, int32.
-        map_item: Features near each cell, int32.
+        features: The features.
+        near: Which of them are near a point.
         reach: Every feature closer than this to a point is listed in the point's cell [m].
         seams: The periods of a periodic box.
     """
 
-    kind: NDArray[np.int8]
-    row: Float64Array
-    map_origin: Float64Array
-    map_size: float
-    map_cells: Int64Array
-    map_start: Int32Array
-    map_item: Int32Array
+    features: Features
+    near: FeatureMap
     reach: float
     seams: Seams = NO_SEAMS
 
@@ -79,24 +78,42 @@ def wall_table(
     row = np.concatenate([part[1] for part in parts])
     meshed = bool((kind == TRIANGLE).any())
     reach = MAP_REACH * radius_max
-    origin, size, cells = _map_grid(bounds, radius_max, meshed)
+    grid = _map_grid(bounds, radius_max, meshed)
     flat, curved = np.flatnonzero(kind == TRIANGLE), np.flatnonzero(kind != TRIANGLE)
-    start, item = map_features(kind[curved], row[curved], origin, size, cells, reach)
+    start, item = map_features(Features(kind[curved], row[curved]), grid, reach)
     item = curved[item].astype(np.int32)
     if meshed:
-        others = map_triangles(row[flat], origin, size, cells, reach)
+        others = map_triangles(row[flat], grid, reach)
         start, item = merged_maps(start, item, others[0], flat.astype(np.int32)[others[1]])
-    return WallTable(kind, row, origin, size, cells, start, item, reach, seams)
+    return WallTable(Features(kind, row), FeatureMap(grid, start, item), reach, seams)
 
 
-def _map_grid(
-    bounds: Float64Array, radius_max: float, meshed: bool
-) -> tuple[Float64Array, float, Int64Array]:
+def walls_in_reach(
+    ball: Float64Array, margin: Float64Array, walls: WallTable, before: WallList | None = None
+) -> WallList:
+    """List the wall features that each moving sphere can reach before the next rebuild.
+
+    Args:
+        ball: Centres and radii [m], shape (N, 4), C-contiguous; the first ones move.
+        margin: How far each moving sphere moves at most until then [m], shape (moving,).
+        walls: The walls.
+        before: The list before, whose arrays are written over; None: there is none.
+
+    Returns:
+        The list; of triangles a sphere's nearest one comes first.
+    """
+    begin, length = np.empty(len(margin) + 1, np.int64), 2 * len(margin) + 4096
+    item, room = (np.empty(length, np.int32), np.empty(length)) if before is None else before[1:]
+    item, room = filled(wall_candidates, ball, margin, walls.features, walls.near, begin, out=(item, room))
+    return WallList(begin, item, room)
+
+
+def _map_grid(bounds: Float64Array, radius_max: float, meshed: bool) -> Grid:
     extent = bounds[1] - bounds[0]
     # Many triangles: finer cells, so that a sphere looks at few that it cannot touch.
     wanted, most = (1.5, MESH_MAP_CELLS_MAX) if meshed else (2.0, MAP_CELLS_MAX)
     size = max(wanted * radius_max, cube_root(float(np.prod(extent)) / most))
-    return np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1
+    return Grid(np.array(bounds[0]), size, np.floor(extent / size).astype(np.int64) + 1)
 
 
 def _features(shape: Shape | Slice, seams: Seams) -> tuple[NDArray[np.int8], Float64Array]:

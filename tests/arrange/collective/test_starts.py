@@ -34,7 +34,7 @@ def test_the_marked_points_are_those_of_brute_force(seed, count, flat, wraps, re
     seams = WRAPPED if wraps else NO_SEAMS
     points, center = rng.random((count, 3)) * flat, rng.uniform(-0.2, 1.2, 3)
     mark = np.zeros(count, bool)
-    mark_near(center, reach, points, seams.period, *point_grid(points, seams.low, seams.period), mark)
+    mark_near(center, reach, point_grid(points, seams.low, seams.period), mark)
     assert np.array_equal(mark, distances(points, center[None], seams)[:, 0] < reach)
 
 

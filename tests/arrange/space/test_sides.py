@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from packgen.arrange.space.feature_kernels import closest_on_triangle
-from packgen.arrange.space.map_kernels import map_triangles
+from packgen.arrange.space.map_kernels import Grid, map_triangles
 from packgen.arrange.space.side_kernels import crosses
 from packgen.arrange.space.sides import InsideMap
 from packgen.arrange.space.walls import wall_table
@@ -98,7 +98,7 @@ def test_the_map_lists_every_triangle_in_reach_once():
     surface = closed_surface(meshes.hopper(open_top=True))
     corner = surface.vertices[surface.faces].reshape(-1, 9)
     origin, size, cells, reach = np.array([-1.0, -1.0, 0.0]), 0.1, np.array([20, 20, 23]), 0.15
-    start, item = map_triangles(corner, origin, size, cells, reach)
+    start, item = map_triangles(corner, Grid(origin, size, cells), reach)
     for point in random_points(surface, 100):
         cell = np.floor((point - origin) / size).astype(int)
         if (cell < 0).any() or (cell >= cells).any():

@@ -39,8 +39,8 @@ def in_cell(kind, corners, center, radius):
     """Volume of a sphere in a cell by the closed form."""
     planes = planes_of(kind, corners[None])
     middle = planes.middle[0]
-    cells = (0, True, corners[None] - middle, np.array(FACES[kind]), planes.normal, planes.offset)
-    return ball_in_cell(*(center - middle), radius, *cells) * radius**3
+    cells = planes.polyhedra(corners[None], np.array(FACES[kind]))
+    return ball_in_cell(*(center - middle), radius, 0, cells) * radius**3
 
 
 @pytest.mark.parametrize("name", CELLS)
@@ -98,8 +98,8 @@ def by_fans(kind, corners, position, radius):
     split, faces = fans(kind, corners[None])
     planes = fan_planes(split, faces)
     middle = planes.middle[0]
-    cells = (0, False, split - middle, faces, planes.normal, planes.offset)
-    found = [ball_in_cell(*(at - middle), r, *cells) * r**3 for at, r in zip(position, radius, strict=True)]
+    cells = planes.polyhedra(split, faces)
+    found = [ball_in_cell(*(at - middle), r, 0, cells) * r**3 for at, r in zip(position, radius, strict=True)]
     return np.array(found), planes.volume[0]
 
 
