@@ -22,7 +22,7 @@ class Outlook:
     Attributes:
         container: The vessel.
         gravity: Acceleration of gravity [m/s2], shape (3,).
-        particle_sets: The sets, those that no zone uses too.
+        particle_sets: All sets, including those that no zone uses.
         materials: The materials of the sets that some zone uses, and of the walls where there are any.
         radius_min: Smallest radius that a sphere may have [m].
         radius_max: Largest radius that a sphere may have [m]; the bed need not have one of that size.

@@ -46,7 +46,7 @@ def render(template: str, values: dict[str, Any], user_folder: Path | None = Non
     Args:
         template: Name below the template folder, for example ``liggghts/in.bed.j2``.
         values: What the template places; a name that it uses and that is missing here is an error.
-        user_folder: The user's own templates, looked at first.
+        user_folder: The user's own templates, searched first.
 
     Raises:
         ExportError: The user's folder does not exist, or a template is wrong.

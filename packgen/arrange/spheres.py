@@ -1,4 +1,4 @@
-"""Spheres as columns of equal length: the result of every algorithm."""
+"""Spheres as columns of equal length: what every algorithm returns."""
 
 from __future__ import annotations
 

@@ -31,7 +31,8 @@ class Check:
         wall_overlap_max: Largest depth of a sphere in a wall, as a fraction of its radius; 0 where none.
         worst_wall_sphere: The sphere of that depth; None where none touches deeper than zero.
         outside_count: Number of spheres whose centre is outside the container.
-        invalid_count: Number of spheres whose position or radius is no finite number, or not above 0.
+        invalid_count: Number of spheres whose position is not finite, or whose radius is not finite and above
+            0.
         tolerance: Largest overlap asked for; None: whatever the optimiser left.
     """
 

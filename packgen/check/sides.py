@@ -44,7 +44,7 @@ class FreeStandingZone:
 
     Attributes:
         zone: Its number.
-        looked_at: Spheres at its side that were looked at.
+        looked_at: Spheres at its side that were examined.
         free: How many of them could slide out and fall.
         fall: Median distance of their fall [m].
     """

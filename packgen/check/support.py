@@ -42,7 +42,7 @@ class HangingZone:
 
     Attributes:
         zone: Its number.
-        looked_at: Spheres at its lower end that were looked at.
+        looked_at: Spheres at its lower end that were examined.
         hanging: How many of them could fall.
         fall: Median distance of their fall [m].
     """
@@ -118,7 +118,7 @@ def falls(
         position: Centres of the spheres [m], shape (n, 3).
         radius: Their radii [m], shape (n,).
         others: Centres and radii of the spheres that may be below [m], shapes (k, 3) and (k,).
-        limit: How far down walls are looked for [m].
+        limit: How far down walls are sought [m].
 
     Returns:
         Distances [m], shape (n,).

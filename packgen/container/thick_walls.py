@@ -13,7 +13,7 @@ from scipy.ndimage import label
 from packgen.arrays import Float64Array
 from packgen.geometry import Surface
 
-CELLS = 48  # along each side of the box that is looked at
+CELLS = 48  # along each side of the box that is examined
 SOLID_SHARE = 0.5  # of its convex hull; a body that fills more has no thin walls
 
 

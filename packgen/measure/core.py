@@ -15,7 +15,7 @@ from packgen.geometry import Box, Mesh
 from packgen.measure.volumes import mean_diameter
 
 MARGINS = (2.0, 1.0, 0.5)  # wall distances to try, in mean diameters
-LEVELS = 41  # heights at which the room between the walls is looked at
+LEVELS = 41  # heights at which the room between the walls is measured
 
 
 @dataclass(frozen=True, eq=False, slots=True)

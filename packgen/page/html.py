@@ -136,7 +136,7 @@ def _safe(plot: Plot) -> Plot:
 
 def _inside_script(content: Mapping[str, Any]) -> Markup:
     """Return JSON that cannot end the script element around it."""
-    # Python writes numbers that are none as NaN, which no browser reads.
+    # Python writes NaN, which no browser reads.
     finite = json.loads(json.dumps(content), parse_constant=lambda _: None)
     text = json.dumps(finite, ensure_ascii=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))

@@ -132,7 +132,7 @@ def _order_plot(report: Mapping[str, Any]) -> Plot | None:
 
 
 def _validation_plots(validation: Mapping[str, Any]) -> list[Plot | None]:
-    """Return plots that put the solvers side by side; what is no finite number is left out."""
+    """Return plots that put the solvers side by side; non-finite numbers are left out."""
     solvers = validation.get("solvers", {})
     limits, moved = {}, {}
     for solver, each in solvers.items():

@@ -60,7 +60,7 @@ def read_spheres(path: Path, gravity_direction: Sequence[float] | None) -> Spher
         gravity_direction: Where things fall; None: along -z.
 
     Raises:
-        PackgenError: The file is missing, or is none that packgen wrote.
+        PackgenError: The file is missing, or was not written by packgen.
     """
     up = -np.asarray(gravity_direction or (0.0, 0.0, -1.0), dtype=np.float64)
     try:

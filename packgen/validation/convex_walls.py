@@ -115,7 +115,7 @@ def wall_contacts(bed: Bed) -> WallContacts:
 
 
 Wall = tuple[Float64Array, Float64Array, Float64Array]
-"""Of each sphere: direction into the container (N, 3), clearance of its centre [m] (N,), curvature (N,)."""
+"""Each sphere's direction into the container (N, 3), clearance of its centre [m] (N,), curvature (N,)."""
 
 
 def _cone_walls(cone: Cone, position: Float64Array) -> list[Wall]:

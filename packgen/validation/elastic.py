@@ -21,7 +21,7 @@ from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
 
-TINY = 1.0e-6  # radii; the step along the vertical by which a wall's normal is told
+TINY = 1.0e-6  # radii; vertical step that tells a wall's normal
 
 
 def up_direction(bed: Bed) -> Float64Array:

@@ -244,7 +244,7 @@ class SolverReport:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all of it as plain data for ``validation.json``; what is no finite number becomes None."""
+        """Return all of it as plain data for ``validation.json``; non-finite numbers become None."""
         content = {
             "passed": self.passed,
             "missed": list(self.missed),
@@ -308,6 +308,6 @@ def _finite(value: Any) -> Any:
 
 def _row(quantity: str, value: float | str, limit: float | None, unit: str = "") -> Row:
     shown = value if isinstance(value, str) else f"{value:.3g}{unit}"
-    # A value that is no number (a bed that exploded) fails every limit.
+    # NaN (of a bed that exploded) fails every limit.
     passed = limit is None or isinstance(value, str) or value <= limit
     return Row(quantity, shown, "" if limit is None else f"{limit:.3g}{unit}", passed)

@@ -23,14 +23,15 @@ walls must not pass one."""
 def push_weights(radius: Float64Array, moving: int, reference: float) -> Float64Array:
     """Return the weight w of each sphere in a push: of a pair, sphere i takes w_i / (w_i + w_j) of it.
 
-    The weight of a moving sphere is one over its mass. A fixed sphere does not move, whatever its share; but
-    a large sphere on a bed of small fixed ones has many contacts at once, and if it took each push in full,
-    all of them together would throw it off its place again and again, until it counts as a sphere without a
-    place. The largest spheres take the ratio of the radii; of two equal ones the moving one takes all.
+    The weight of a moving sphere is one over its mass. A fixed sphere does not move, but a smaller one has a
+    weight, too: a large sphere on a bed of small fixed ones has many contacts at once. If it took each push
+    in full, their sum would throw it off its place again and again, until it counts as a sphere without a
+    place. The largest spheres take the ratio of the radii from a fixed one, and all of the push from one of
+    their own size.
 
     Args:
         radius: Radii [m], shape (N,), float64.
-        moving: The first so many spheres move.
+        moving: The first ``moving`` spheres move.
         reference: Any radius [m], to keep the numbers near one.
 
     Returns:
@@ -46,17 +47,17 @@ def push_weights(radius: Float64Array, moving: int, reference: float) -> Float64
 
 
 def list_reach(radius: Float64Array, moving: int, skin: float, reference: float) -> Float64Array:
-    """Return the reach of each sphere: its radius and how far it may move while the list holds [m].
+    """Return the reach of each sphere: its radius plus the distance it may move while the list holds [m].
 
-    The margin is half the skin times sqrt(mean radius * radius). In one layer all spheres move by about as
-    much. Margins proportional to the radius would be too small for small spheres and needlessly large for
-    large ones; the square root is between.
+    The margin is half the skin times sqrt(mean radius * radius). All spheres of a layer move by similar
+    distances. Margins proportional to the radius would be too small for small spheres and needlessly large
+    for large ones; the square root is between.
 
     Args:
         radius: Radii [m], shape (N,), float64.
-        moving: The first so many spheres move; what is fixed reaches as far as its surface.
+        moving: The first ``moving`` spheres move; a fixed one reaches as far as its surface.
         skin: Twice the margin of a sphere of the reference radius, in units of it.
-        reference: Mean radius of what moves [m].
+        reference: Mean radius of the moving spheres [m].
 
     Returns:
         Reaches [m], shape (N,), float64.
