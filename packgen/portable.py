@@ -233,10 +233,11 @@ def components(position: Float64Array, axes: Float64Array) -> Float64Array:
     Returns:
         Shape (N,) or (N, K), float64.
     """
-    x, y, z = position[:, 0], position[:, 1], position[:, 2]
-    if axes.ndim == 1:
-        return np.asarray(x * axes[0] + y * axes[1] + z * axes[2])
-    return np.stack([x * axis[0] + y * axis[1] + z * axis[2] for axis in axes], axis=1)
+    if axes.ndim > 1:
+        return np.stack([components(position, axis) for axis in axes], axis=1)
+    # Most axes are those of the coordinates: nothing is added for a zero.
+    parts = [position[:, k] * axes[k] for k in range(3) if axes[k] != 0.0]
+    return np.asarray(sum(parts[1:], start=parts[0]))
 
 
 def length(vector: Float64Array) -> float:

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.arrange.projection.recipe import Step
+from packgen.arrange.projection.recipe import Schedule, Step
 from packgen.arrange.space.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 
@@ -29,6 +29,13 @@ class Layer(Protocol):
     def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
 
+    def sweeps(self, down: Float64Array, schedule: Schedule) -> tuple[int, float, int]:
+        """Run sweeps until the lists are void, the layer is to be looked at, or the schedule ends.
+
+        Returns:
+            (sweeps done; largest overlap and spheres that outran the list, of the last sweep).
+        """
+
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""
 
@@ -43,6 +50,26 @@ class Layer(Protocol):
 
     def radii(self) -> Float64Array:
         """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
+
+
+def run_sweeps(layer: Layer, down: Float64Array, schedule: Schedule) -> tuple[int, float, int]:
+    """Run the sweeps of a schedule one by one; see ``Layer.sweeps``."""
+    count = len(schedule.fall)
+    for number in range(count):
+        step = Step(
+            float(schedule.momentum[number]),
+            schedule.relaxation,
+            schedule.stride,
+            float(schedule.roughness[number]),
+            float(schedule.far[number]),
+        )
+        worst, strays = layer.sweep(down * schedule.fall[number], step)
+        calm = not schedule.sinking[number] and not worst > schedule.calm
+        if calm or schedule.judged[number] or number + 1 == count:
+            break
+        if strays > schedule.strays[number + 1] * layer.moving:
+            break
+    return number + 1, worst, strays
 
 
 def make_layer(

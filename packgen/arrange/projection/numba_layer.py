@@ -12,8 +12,15 @@ from packgen.arrange.neighbors.listing import list_pairs
 from packgen.arrange.neighbors.seam_pairs import SeamPairs, no_pairs, seam_pairs
 from packgen.arrange.projection.pair_rules import list_reach, pairs_to_part, push_weights
 from packgen.arrange.projection.ranks import closed_ranks
-from packgen.arrange.projection.recipe import Step
-from packgen.arrange.projection.sweep_kernels import Anchor, LayerSpheres, Work, sphere_overlaps, sweep
+from packgen.arrange.projection.recipe import Schedule, Step
+from packgen.arrange.projection.sweep_kernels import (
+    Anchor,
+    LayerSpheres,
+    Work,
+    sphere_overlaps,
+    sweep,
+    sweeps,
+)
 from packgen.arrange.space.map_kernels import WallList
 from packgen.arrange.space.walls import WallTable, walls_in_reach
 from packgen.arrays import Float64Array, Int32Array, Int64Array
@@ -99,6 +106,15 @@ class FusedLayer:
             spheres, self.pairs, self.seam, self.walls.features, self.near, self.anchor, self.work, sink, step
         )
         return float(worst), int(strays)
+
+    def sweeps(self, down: Float64Array, schedule: Schedule) -> tuple[int, float, int]:
+        """Run sweeps; see ``sweep_kernels.sweeps``."""
+        spheres = LayerSpheres(self.ball, self.previous, self.weight, self.identity)
+        done, worst, strays = sweeps(
+            spheres, self.pairs, self.seam, self.walls.features, self.near, self.anchor, self.work, down,
+            schedule,
+        )  # fmt: skip
+        return int(done), float(worst), int(strays)
 
     def overlaps(self, scale: float, down: Float64Array) -> tuple[float, Float64Array]:
         """Return the largest overlap of the true spheres, and the one each moving sphere is blamed for."""

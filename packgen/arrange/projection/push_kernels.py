@@ -229,11 +229,15 @@ def blame_pairs(
     owner, neighbor = pairs
     worst = 0.0
     for k in range(len(owner)):
-        i, j = owner[k], neighbor[k]
+        # Unsigned: no code for negative indices in the innermost loop.
+        i, j = np.uint64(owner[k]), np.uint64(neighbor[k])
         dx = ball[i, 0] - ball[j, 0]
         dy = ball[i, 1] - ball[j, 1]
         dz = ball[i, 2] - ball[j, 2]
-        worst = max(worst, blame_one(i, j, dx, dy, dz, ball, scale, height, overlap))
+        reach = scale * ball[i, 3] + scale * ball[j, 3]
+        if dx * dx + dy * dy + dz * dz < reach * reach:
+            depth = blame_one(owner[k], neighbor[k], dx, dy, dz, ball, scale, height, overlap)
+            worst = max(worst, depth)
     first, second, offset = seam
     for k in range(len(first)):
         i, j = first[k], second[k]

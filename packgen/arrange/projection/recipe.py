@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from packgen.arrays import BoolArray, Float64Array
 from packgen.portable import log, power, scalar_power
+
+SWEEPS_MAX = 64
+"""Sweeps of one schedule."""
 
 FRICTION_USUAL = 1.0 / 3.0
 """Friction from which on all spheres are arranged alike; smoother ones are arranged more densely."""
@@ -179,6 +184,19 @@ class Recipe:
         momentum = self.momentum * min(1.0, number / self.momentum_sweeps)
         return Step(momentum, self.relaxation, self.stride, roughness, far)
 
+    def schedule(self, number: int, *, sink: bool) -> Schedule:
+        """Return what the sweeps from one on take, up to where a layer is to be looked at in any case.
+
+        Args:
+            number: Number of the first sweep.
+            sink: Whether the layer sinks, and the walls begin rough.
+        """
+        end = (number // SWEEPS_MAX + 1) * SWEEPS_MAX
+        if self.tolerance is None:
+            end = min(end, self.sink_sweeps)
+        whole = _schedule(self, number - number % SWEEPS_MAX, end, sink)
+        return whole.since(number - whole.first)
+
     def skin(self, number: int) -> float:
         """Return the skin of a neighbour list made before a sweep."""
         return self.skin_first + (self.skin_last - self.skin_first) * self._share(number)
@@ -189,6 +207,26 @@ class Recipe:
 
     def _share(self, number: int) -> float:
         return min(1.0, number / self.sink_sweeps)
+
+
+@lru_cache(maxsize=256)
+def _schedule(recipe: Recipe, first: int, end: int, sink: bool) -> Schedule:
+    numbers = range(first, end)
+    steps = [recipe.step(number, rough=sink) for number in numbers]
+    judged = [recipe.tolerance is not None and recipe.too_much(number + 1) is not None for number in numbers]
+    return Schedule(
+        first,
+        np.array([recipe.fall(number) if sink else 0.0 for number in numbers]),
+        np.array([step.momentum for step in steps]),
+        np.array([step.roughness for step in steps]),
+        np.array([step.far for step in steps]),
+        np.array([recipe.strays_allowed(number) for number in numbers]),
+        np.array([sink and number < recipe.sink_sweeps for number in numbers]),
+        np.array(judged),
+        recipe.relaxation,
+        recipe.stride,
+        2.5 * (recipe.gap + (recipe.tolerance or 0.0)),
+    )
 
 
 def _tube_share(width: float | None, slower: float) -> float:
@@ -217,3 +255,42 @@ class Step(NamedTuple):
     stride: float
     roughness: float = 0.0
     far: float = math.inf
+
+
+class Schedule(NamedTuple):
+    """What a run of S sweeps takes; see ``Step`` and ``Recipe``.
+
+    Attributes:
+        first: Number of the first sweep.
+        fall: Step down before each sweep, in radii, or as a length [m], shape (S,).
+        momentum: Momentum of each sweep, shape (S,).
+        roughness: Depth of the walls' roughness, in radii, shape (S,).
+        far: Margins after which a single sphere makes the neighbour list void, shape (S,).
+        strays: Share of spheres that may have outrun the list before each sweep, shape (S,).
+        sinking: Whether the layer still sinks, shape (S,), bool.
+        judged: Whether spheres that overlap too much are thrown back after the sweep, shape (S,), bool.
+        relaxation: Factor on the sum of a sphere's pushes.
+        stride: Largest displacement by pushes, in radii.
+        calm: Largest overlap at which a layer that no longer sinks is looked at.
+    """
+
+    first: int
+    fall: Float64Array
+    momentum: Float64Array
+    roughness: Float64Array
+    far: Float64Array
+    strays: Float64Array
+    sinking: BoolArray
+    judged: BoolArray
+    relaxation: float
+    stride: float
+    calm: float
+
+    def since(self, start: int) -> Schedule:
+        """Return the schedule without its first ``start`` sweeps."""
+        arrays = [each[start:] for each in self[1:8]]
+        return Schedule(self.first + start, *arrays, *self[8:])
+
+    def of_radius(self, radius: float) -> Schedule:
+        """Return the schedule with steps down as lengths [m], for spheres of a mean radius [m]."""
+        return self._replace(fall=radius * self.fall)

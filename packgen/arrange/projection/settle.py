@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.projection.layer import Layer, make_layer
-from packgen.arrange.projection.recipe import Recipe
+from packgen.arrange.projection.recipe import Recipe, Schedule
 from packgen.arrange.projection.throw_back import throw_back
 from packgen.arrange.space.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array
@@ -65,7 +65,7 @@ def settle(
     layer = make_layer(arranged, moving, walls, device, body_index)
     radius = arranged[:moving, 3]
     reference = float(np.mean(radius)) if moving else 0.0
-    if sink and moving:
+    if sink and moving and radius.min() < radius.max():
         recipe = recipe.of_sizes(float(np.sum(whole_power(radius, 4)) / np.sum(cube(radius))) / reference)
     _relax(layer, reference, down, recipe, stats or SettleStats(), sink, body_index)
     position = ball[:moving, :3].copy()
@@ -91,18 +91,22 @@ def _relax(
     number = 0 if sink else recipe.part_first
     strays = layer.moving
     tolerance = recipe.tolerance or 0.0
+    schedule: Schedule | None = None
     while layer.moving:
         sinking = sink and number < recipe.sink_sweeps
         if not sinking and recipe.tolerance is None:
             return
-        skin = recipe.skin(number)
         if strays > recipe.strays_allowed(number) * layer.moving:
-            layer.rebuild(skin)
+            layer.rebuild(recipe.skin(number))
             stats.rebuilds += 1
-        fall = down * (reference * recipe.fall(number) if sink else 0.0)
-        worst, strays = layer.sweep(fall, recipe.step(number, rough=sink))
-        number += 1
-        stats.sweeps += 1
+        if schedule is None or number >= schedule.first + len(schedule.fall):
+            schedule = recipe.schedule(number, sink=sink).of_radius(reference)
+        schedule = schedule.since(number - schedule.first)
+        done, worst, strays = layer.sweeps(down, schedule)
+        number += done
+        stats.sweeps += done
+        # The state in which the last of these sweeps began.
+        sinking, skin = bool(schedule.sinking[done - 1]), recipe.skin(number - 1)
         limit = None if recipe.tolerance is None else recipe.too_much(number)
         if limit is None and (sinking or worst > 2.5 * (recipe.gap + tolerance)):
             continue

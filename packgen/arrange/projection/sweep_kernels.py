@@ -23,7 +23,7 @@ from packgen.arrange.projection.push_kernels import (
     push_seam_pairs,
     touching_pairs,
 )
-from packgen.arrange.projection.recipe import Step
+from packgen.arrange.projection.recipe import Schedule, Step
 from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_gap
 from packgen.arrange.space.map_kernels import WallList
 
@@ -177,6 +177,56 @@ def sweep(  # type: ignore[no-untyped-def]
             if square > far * far * allowed:
                 strays += moving
     return worst, strays
+
+
+@njit(cache=True, error_model="numpy")
+def sweeps(  # type: ignore[no-untyped-def]
+    spheres: LayerSpheres,
+    pairs: Pairs,
+    seam: SeamPairs,
+    features: Features,
+    near: WallList,
+    anchor: Anchor,
+    work: Work,
+    down: NDArray[np.float64],
+    schedule: Schedule,
+):
+    """Run sweeps until the lists are void, the layer is to be looked at, or the schedule ends.
+
+    Args:
+        spheres: The spheres; ``ball`` and ``previous`` of the moving ones change.
+        pairs: The listed pairs.
+        seam: The pairs that are close across a seam.
+        features: The walls.
+        near: Which of them each moving sphere can reach.
+        anchor: For how long the lists hold.
+        work: Work space.
+        down: Unit vector along which things fall, shape (3,).
+        schedule: What each sweep takes, steps down as lengths; at least one sweep.
+
+    Returns:
+        (sweeps done; largest pair overlap and strays of the last one, see ``sweep``).
+    """
+    moving = len(spheres.previous)
+    sink = np.empty(3)
+    done = 0
+    while True:
+        for axis in range(3):
+            sink[axis] = down[axis] * schedule.fall[done]
+        step = Step(
+            schedule.momentum[done],
+            schedule.relaxation,
+            schedule.stride,
+            schedule.roughness[done],
+            schedule.far[done],
+        )
+        worst, strays = sweep(spheres, pairs, seam, features, near, anchor, work, sink, step)
+        calm = not schedule.sinking[done] and not worst > schedule.calm
+        done += 1
+        if done == len(schedule.fall) or calm or schedule.judged[done - 1]:
+            return done, worst, strays
+        if strays > schedule.strays[done] * moving:
+            return done, worst, strays
 
 
 @njit(cache=True, error_model="numpy")

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from packgen.arrange.neighbors.seam_pairs import images
 from packgen.arrange.neighbors.torch_pairs import neighbor_pairs, neighbor_pairs_between
+from packgen.arrange.projection.layer import run_sweeps
 from packgen.arrange.projection.pair_rules import (
     GRAIN_PUSH,
     GRAIN_STEP,
@@ -19,7 +20,7 @@ from packgen.arrange.projection.pair_rules import (
     push_weights,
 )
 from packgen.arrange.projection.ranks import closed_ranks
-from packgen.arrange.projection.recipe import Step
+from packgen.arrange.projection.recipe import Schedule, Step
 from packgen.arrange.space.torch_features import feature_gaps
 from packgen.arrange.space.walls import WallTable, walls_in_reach
 from packgen.arrays import Float64Array, Int32Array, Int64Array
@@ -165,6 +166,10 @@ class PlainLayer:
         moved = torch.linalg.vector_norm(position - self.anchor, dim=1)
         far = int((moved > step.far * self.margin).sum())
         return worst, int((moved > self.margin).sum()) + far * moving
+
+    def sweeps(self, down: Float64Array, schedule: Schedule) -> tuple[int, float, int]:
+        """Run sweeps one by one; see ``layer.run_sweeps``."""
+        return run_sweeps(self, down, schedule)
 
     def _put_back(self, position: Tensor, radius: Tensor, roughness: float) -> None:
         """Put spheres back inside their walls, twice where they meet several, or keep them off rough ones."""

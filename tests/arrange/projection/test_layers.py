@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from packgen.arrange.projection.layer import run_sweeps
 from packgen.arrange.projection.numba_layer import FusedLayer
 from packgen.arrange.projection.pair_rules import list_reach
-from packgen.arrange.projection.recipe import Step
+from packgen.arrange.projection.recipe import Recipe, Step
 from packgen.arrange.projection.torch_layer import PlainLayer
 from packgen.arrange.space.feature_kernels import BALL, CENTER_PLANE, CONE, PLANE, TRIANGLE, wall_gap
 from packgen.arrange.space.walls import wall_table
@@ -122,6 +123,44 @@ def test_the_fused_loops_equal_the_plain_torch_form_to_rounding(shapes, ratio):
     end = [layer.positions()[order] for layer, order in zip(layers, in_order, strict=True)]
     assert np.abs(end[0] - end[1]).max() < 1e-11
     assert np.abs(end[0] - ball[:200, :3]).max() > 0.01
+
+
+@pytest.mark.parametrize("sink", [True, False])
+@pytest.mark.parametrize("tolerance", [1e-6, None])
+@pytest.mark.parametrize("first", [0, 50, 119, 224])
+def test_a_run_of_sweeps_is_the_sweeps_one_by_one(first, tolerance, sink):
+    recipe = Recipe(tolerance=tolerance)
+    if tolerance is None and first >= recipe.sink_sweeps:
+        return
+    schedule = recipe.schedule(first, sink=sink).of_radius(0.1)
+    rng = np.random.default_rng(first)
+    ball = np.column_stack([rng.random((60, 3)), rng.uniform(0.08, 0.12, 60)])
+    outcomes = []
+    for run in (FusedLayer.sweeps, run_sweeps):
+        layer = FusedLayer(ball.copy(), 50, box_walls(0.0, 1.0, 0.12))
+        layer.rebuild(1.6)
+        outcomes.append((run(layer, DOWN, schedule), layer.ball.tobytes()))
+    assert outcomes[0] == outcomes[1]
+    done = outcomes[0][0][0]
+    assert 1 <= done <= len(schedule.fall)
+
+
+def test_schedules_follow_the_recipe_sweep_by_sweep():
+    recipe = Recipe()
+    for first in (0, 1, 63, 64, 130, 300):
+        schedule = recipe.schedule(first, sink=True)
+        assert schedule.first == first
+        for place in range(len(schedule.fall)):
+            number = first + place
+            step = recipe.step(number, rough=True)
+            assert schedule.fall[place] == recipe.fall(number)
+            assert (schedule.momentum[place], schedule.roughness[place]) == (step.momentum, step.roughness)
+            assert schedule.far[place] == step.far
+            assert schedule.judged[place] == (recipe.too_much(number + 1) is not None)
+            assert schedule.sinking[place] == (number < recipe.sink_sweeps)
+            assert schedule.strays[place] == recipe.strays_allowed(number)
+    unjudged = Recipe(tolerance=None).schedule(224, sink=True)
+    assert len(unjudged.fall) == 1  # it ends with the sinking
 
 
 @pytest.mark.parametrize("layer_type", ["fused", "plain"])
