@@ -288,8 +288,16 @@ class Schedule(NamedTuple):
 
     def since(self, start: int) -> Schedule:
         """Return the schedule without its first ``start`` sweeps."""
-        arrays = [each[start:] for each in self[1:8]]
-        return Schedule(self.first + start, *arrays, *self[8:])
+        return self._replace(
+            first=self.first + start,
+            fall=self.fall[start:],
+            momentum=self.momentum[start:],
+            roughness=self.roughness[start:],
+            far=self.far[start:],
+            strays=self.strays[start:],
+            sinking=self.sinking[start:],
+            judged=self.judged[start:],
+        )
 
     def of_radius(self, radius: float) -> Schedule:
         """Return the schedule with steps down as lengths [m], for spheres of a mean radius [m]."""
