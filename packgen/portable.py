@@ -237,7 +237,7 @@ def components(position: Float64Array, axes: Float64Array) -> Float64Array:
         return np.stack([components(position, axis) for axis in axes], axis=1)
     # Most axes are those of the coordinates: nothing is added for a zero.
     parts = [position[:, k] * axes[k] for k in range(3) if axes[k] != 0.0]
-    return np.asarray(sum(parts[1:], start=parts[0]))
+    return np.asarray(sum(parts[1:], start=parts[0])) if parts else np.zeros(len(position))
 
 
 def length(vector: Float64Array) -> float:

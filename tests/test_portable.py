@@ -98,6 +98,13 @@ def test_octaves_count_halvings(ratio, wanted):
     assert int(portable.octaves(np.array(ratio))) == wanted
 
 
+@pytest.mark.parametrize("axis", [[0, 0, 0], [0, 0, 1], [0, -2, 0], [1, 0, 3]])
+def test_components_along_an_axis_with_zeros_are_exact(axis):
+    vectors = np.random.default_rng(2).normal(size=(50, 3))
+    wanted = [float(sum(Fraction(a) * b for a, b in zip(row, axis, strict=True))) for row in vectors]
+    assert portable.components(vectors, np.array(axis, float)) == pytest.approx(wanted, rel=1e-15, abs=0.0)
+
+
 def test_components_are_those_of_the_matrix_product():
     rng = np.random.default_rng(2)
     vectors, axes = rng.normal(size=(50, 3)), rng.normal(size=(2, 3))
