@@ -66,7 +66,10 @@ def read_surface(path: Path, scale: float, place: str) -> tuple[Surface, tuple[s
         raise GeometryError(
             f"{place}: {path.name} has {bad} corners that are not finite numbers; export it anew"
         )
-    return clean_surface(vertices * scale, faces)
+    try:
+        return clean_surface(vertices * scale, faces)
+    except GeometryError as error:
+        raise GeometryError(f"{place}: {path.name}: {error}") from error
 
 
 def _load(path: Path) -> tuple[Float64Array, Int64Array]:
@@ -194,6 +197,6 @@ def clean_surface(vertices: Float64Array, faces: Int64Array) -> tuple[Surface, t
         mended.append(f"{len(faces) - len(first)} repeated facets removed")
         faces = faces[np.sort(first)]
     if len(faces) == 0:
-        raise GeometryError("the mesh has no facet with an area; is it complete?")
+        raise GeometryError("found no facet with an area, expected a surface; is the mesh complete?")
     used, compact = np.unique(faces, return_inverse=True)
     return Surface(vertices[used], compact.reshape(-1, 3)), tuple(mended)

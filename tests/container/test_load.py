@@ -269,3 +269,9 @@ def test_a_tube_across_a_vessel_is_solid_however_long_it_is(tmp_path, length):
     container = load(tmp_path, "tube.stl", said)
     assert "crosses a larger one and counts as a solid body" in said[0]
     assert container.volume == pytest.approx(np.pi * (0.1**2 * 0.3 - 0.03**2 * 0.19), rel=0.1)
+
+
+def test_a_mesh_without_any_area_is_refused_with_its_place_and_name(tmp_path):
+    (tmp_path / "flat.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n")
+    with pytest.raises(GeometryError, match=r"scene\.yaml:\d+:\d+: .*flat\.off: found no facet with an area"):
+        read_scene(tmp_path, {"path": "flat.off"}, constant(0.1))

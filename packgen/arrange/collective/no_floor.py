@@ -60,7 +60,8 @@ def fill_at_once(
         gained = cell.add(batch)
         stalled = 0 if gained > 0 else stalled + 1
         batch += 1
-        share = cell.solid / max(cell.full * cell.room, cell.solid)
+        # A zone as wide as its sphere has no room by points.
+        share = cell.solid / (max(cell.full * cell.room, cell.solid) or 1.0)
         level = region.floor + share * (region.ceiling - region.floor)
         on_round(batch, len(zone.pile), level, zone.stats.thrown_back)
     return batch

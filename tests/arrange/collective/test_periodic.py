@@ -147,3 +147,24 @@ def test_the_seam_is_as_dense_as_the_middle(tmp_path, axes, sizes):
     scatter = found.std() / math.sqrt(len(found))
     assert found.mean(axis=0)[0] == pytest.approx(found.mean(), abs=4.0 * scatter)
     assert 4.0 * scatter < 0.02  # 21 seeds, three a time: 0.004 along three axes to 0.015 along one
+
+
+SPLINTER = """OFF
+4 4 0
+0.02 0.02 0.02
+0.18 0.18 0.18
+0.104 0.096 0.1
+0.1 0.104 0.096
+3 0 1 2
+3 0 2 3
+3 0 3 1
+3 1 3 2
+"""
+
+
+def test_a_zone_thinner_than_its_spheres_in_an_endless_box_stays_empty(tmp_path):
+    (tmp_path / "splinter.off").write_text(SPLINTER)
+    vessel = {**box([0, 0, 0], [0.2, 0.2, 0.2]), "periodic": ["y", "z"]}
+    zones = [{"n_particles": 50}, {"n_particles": 1, "location": {"path": "splinter.off"}}]
+    result = run_scene(tmp_path, vessel, constant(0.0085), gravity_axis="z", zones=zones)
+    assert [zone.placed for zone in result.zones] == [50, 0]
