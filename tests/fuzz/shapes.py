@@ -120,7 +120,7 @@ def _splinter(rng: np.random.Generator) -> trimesh.Trimesh:
     """A tetrahedron, mostly with acute edges."""
     while True:
         mesh = trimesh.convex.convex_hull(rng.normal(size=(4, 3)))
-        if mesh.volume > 0.02:
+        if mesh.volume > 0.01 * mesh.extents.max() ** 3:  # thinner ones take minutes to find a place in
             return mesh
 
 
