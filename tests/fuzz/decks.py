@@ -88,7 +88,16 @@ def judge_deck(case: Case, solver: str) -> list[str]:
 def _dumped_rows(folder: Path) -> tuple[Array, int]:
     rows = np.loadtxt(folder / "fuzz_0.dump", skiprows=9, ndmin=2)
     left = len(np.loadtxt(folder / f"fuzz_{STEPS}.dump", skiprows=9, ndmin=2))
-    return rows[np.argsort(rows[:, 0])][:, 1:], left
+    unit = _length_unit((folder / "in.bed").read_text(encoding="utf-8"))
+    rows = rows[np.argsort(rows[:, 0])][:, 1:]
+    # Moduli keep their numbers: forces go with the square of the unit of length.
+    return rows * np.array([unit] * 4 + [unit * unit] * 3), left
+
+
+def _length_unit(deck: str) -> float:
+    """Return the unit of length that a deck states [m]; metres where it states none."""
+    stated = [line.split() for line in deck.splitlines() if line.startswith("variable length_unit ")]
+    return float(stated[0][-1]) if stated else 1.0
 
 
 def _yade_rows(folder: Path) -> tuple[Array, int]:
