@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from typing_extensions import override
@@ -207,7 +208,7 @@ class Normal(_Gaussian):
 
     def _mass_between(self, low: Float64Array, high: Float64Array) -> Float64Array:
         """Return the integral of r^3 over the normal density between scores a panel apart; (n,) each."""
-        point, weight = np.polynomial.legendre.leggauss(8)
+        point, weight = _gauss_legendre()
         half = 0.5 * (high - low)
         score = (low + half)[..., None] + half[..., None] * point
         return np.asarray(half * (_density(score) * portable.cube(self._radius(score)) * weight).sum(axis=-1))
@@ -262,6 +263,13 @@ class Lognormal(_Gaussian):
         """Integral of r^3 over the whole law before truncation [m3]."""
         growth = float(portable.exp(np.array(4.5 * self.sigma * self.sigma)))
         return portable.scalar_power(self.radius_median, 3) * growth
+
+
+@cache
+def _gauss_legendre() -> tuple[Float64Array, Float64Array]:
+    """Return the eight points and weights of Gauss-Legendre quadrature on -1 to 1."""
+    point, weight = np.polynomial.legendre.leggauss(8)
+    return point, weight
 
 
 def _integral(score: Float64Array) -> Float64Array:
