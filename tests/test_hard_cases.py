@@ -82,6 +82,14 @@ def test_a_cone_with_a_tip_of_10_degrees_fills(tmp_path, pointed):
     assert solid_fraction(run_scene(tmp_path, {"cone": cone}, uniform(0.03, 0.05), seed=2)) > least
 
 
+@pytest.mark.parametrize("seed", [0, 5, 11])
+def test_slippery_spheres_stay_inside_a_splinter_of_four_sharp_corners(tmp_path, seed):
+    corners, faces = "0 .5 .9\n-1 -.7 .7\n.9 -.5 -.4\n.8 -.2 -.5\n", "3 0 1 2\n3 0 2 3\n3 0 3 1\n3 1 3 2\n"
+    (tmp_path / "splinter.off").write_text(f"OFF\n4 4 0\n{corners}{faces}")
+    sets = constant(0.041) | {"material": "ice"}
+    run_scene(tmp_path, {"path": "splinter.off"}, sets, seed=seed, materials={"ice": {"friction": 0.1}})
+
+
 @pytest.mark.parametrize("axis", [1, 2], ids=["upright", "lying"])
 def test_a_slab_2_02_radii_thick_holds_one_sheet_of_spheres(tmp_path, axis):
     corner = [1.0, 1.0, 1.0]

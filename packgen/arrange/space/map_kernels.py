@@ -46,12 +46,15 @@ class FeatureMap(NamedTuple):
     Attributes:
         grid: The grid, of C cells.
         start: First entry of each cell, shape (C + 1,), int32.
-        item: Features, cell by cell, int32.
+        item: Features, cell by cell, int32; triangles last.
+        boundless: The features that are no triangles, int32. A point beyond the grid may be far behind any of
+            them, and the cell next to it does not list them all.
     """
 
     grid: Grid
     start: NDArray[np.int32]
     item: NDArray[np.int32]
+    boundless: NDArray[np.int32]
 
 
 class WallList(NamedTuple):
@@ -133,11 +136,7 @@ def next_piece(
 
 
 @njit(cache=True, error_model="numpy")
-def map_triangles(  # type: ignore[no-untyped-def]
-    corner: NDArray[np.float64],
-    grid: Grid,
-    reach: float,
-):
+def map_triangles(corner: NDArray[np.float64], grid: Grid, reach: float):  # type: ignore[no-untyped-def]
     """List for each cell of a grid the triangles closer than ``reach`` to any point of it.
 
     Args:
@@ -231,11 +230,7 @@ def merged_maps(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def map_features(  # type: ignore[no-untyped-def]
-    features: Features,
-    grid: Grid,
-    reach: float,
-):
+def map_features(features: Features, grid: Grid, reach: float):  # type: ignore[no-untyped-def]
     """List for each cell of a grid the features closer than ``reach`` to any point of it.
 
     Blocks of cells first, so that most cells never look at most features.
@@ -303,6 +298,32 @@ def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     return int((cz * grid.cells[1] + cy) * grid.cells[0] + cx)
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def count_boundless(x: float, y: float, z: float, near: FeatureMap) -> int:
+    """Return how many features concern a point beyond those of its cell: all boundless ones, or none."""
+    origin, size, cells = near.grid
+    x, y, z = x - origin[0], y - origin[1], z - origin[2]
+    within = 0.0 <= x <= size * cells[0] and 0.0 <= y <= size * cells[1] and 0.0 <= z <= size * cells[2]
+    return 0 if within else len(near.boundless)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def candidate(k: int, low: int, boundless: int, kind: NDArray[np.int8], near: FeatureMap) -> int:
+    """Return the k-th feature to look at for a point, or -1.
+
+    Args:
+        k: From ``low - boundless`` up to the end of the cell's entries.
+        low: First entry of the point's cell.
+        boundless: How many features concern the point beyond those of its cell; they come first.
+        kind: Kind of each feature, shape (F,), int8.
+        near: The map.
+    """
+    if k < low:
+        return int(near.boundless[k - low + boundless])
+    feature = int(near.item[k])
+    return -1 if boundless > 0 and kind[feature] != TRIANGLE else feature
+
+
 @njit(cache=True, error_model="numpy")
 def least_gap(
     position: NDArray[np.float64], radius: float, features: Features, near: FeatureMap
@@ -313,9 +334,10 @@ def least_gap(
     for i in range(len(position)):
         x, y, z = position[i, 0], position[i, 1], position[i, 2]
         cell = cell_of(x, y, z, near.grid)
-        for k in range(near.start[cell], near.start[cell + 1]):
-            feature = near.item[k]
-            if not out_of_reach(kind[feature], row[feature], x, y, z, radius + gap[i]):
+        low, boundless = near.start[cell], count_boundless(x, y, z, near)
+        for k in range(low - boundless, near.start[cell + 1]):
+            feature = candidate(k, low, boundless, kind, near)
+            if feature >= 0 and not out_of_reach(kind[feature], row[feature], x, y, z, radius + gap[i]):
                 gap[i] = min(gap[i], wall_gap(kind[feature], row[feature], x, y, z, radius)[0])
     return gap
 
@@ -351,11 +373,12 @@ def wall_candidates(
         x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
         cell = cell_of(x, y, z, near.grid)
         low, high = near.start[cell], near.start[cell + 1]
-        if total + high - low > len(item):
+        boundless = count_boundless(x, y, z, near)
+        if total + high - low + boundless > len(item):
             return -1
-        for k in range(low, high):
-            feature = near.item[k]
-            if out_of_reach(kind[feature], row[feature], x, y, z, radius + margin[i]):
+        for k in range(low - boundless, high):
+            feature = candidate(k, low, boundless, kind, near)
+            if feature < 0 or out_of_reach(kind[feature], row[feature], x, y, z, radius + margin[i]):
                 continue
             gap = wall_gap(kind[feature], row[feature], x, y, z, radius)[0]
             if gap < margin[i]:

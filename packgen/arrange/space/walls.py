@@ -85,7 +85,9 @@ def wall_table(
     if meshed:
         others = map_triangles(row[flat], grid, reach)
         start, item = merged_maps(start, item, others[0], flat.astype(np.int32)[others[1]])
-    return WallTable(Features(kind, row), FeatureMap(grid, start, item), reach, seams)
+    return WallTable(
+        Features(kind, row), FeatureMap(grid, start, item, curved.astype(np.int32)), reach, seams
+    )
 
 
 def walls_in_reach(

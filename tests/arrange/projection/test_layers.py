@@ -317,7 +317,7 @@ def test_a_centre_on_a_triangle_is_pushed_to_its_inner_side():
 @pytest.mark.parametrize("shapes", SHAPES.values(), ids=SHAPES)
 def test_the_map_of_features_misses_none_in_reach(shapes):
     table = wall_table(shapes, np.array([[0.0] * 3, [1.0] * 3]), 0.05)
-    grid, start, item = table.near
+    grid, start, item, _ = table.near
     rng = np.random.default_rng(1)
     for point in rng.random((300, 3)):
         cell = np.minimum(((point - grid.origin) / grid.size).astype(int), grid.cells - 1)
