@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.container_meshes import revolved
 from tests.fuzz.__main__ import main
 from tests.fuzz.decks import installed, judge_deck, judge_rows
-from tests.fuzz.generator import Case, Zone, make_case
-from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, overlaps, read_bed
+from tests.fuzz.generator import Case, Zone, has_lammps_walls, make_case
+from tests.fuzz.judge import Bed, judge_folder, judge_lines, judge_refusal, of_amounts, overlaps, read_bed
 from tests.fuzz.laws import curve, random_law, stepped
 from tests.fuzz.mutations import break_case
 from tests.fuzz.run import judge, run_command
@@ -135,6 +136,86 @@ def test_an_amount_that_is_missed_by_more_than_a_sphere_is_found_out(tmp_path):
     for amount, fine in ((volume, True), (1.1 * volume, True), (1.2 * volume, False), (0.8 * volume, False)):
         zone = Zone(None, None, 64.0, [1.0], key="volume", amount=amount)
         assert (judge_folder(case_of(tmp_path, zones=[zone]), output, 0) == []) == fine
+
+
+HEAVY, LIGHT = 4.0 / 3.0 * np.pi, 4.0 / 3.0 * np.pi * 0.5**3
+
+
+@pytest.mark.parametrize(
+    ("key", "shares_by", "shares", "amount", "counts", "fault"),
+    [
+        ("volume", "number", [0.5, 0.5], 4 * HEAVY + 4 * LIGHT, [4, 4], ""),
+        ("volume", "number", [0.55, 0.45], 4 * HEAVY + 4 * LIGHT, [4, 4], ""),
+        ("volume", "number", [0.8, 0.2], 4 * HEAVY + 4 * LIGHT, [4, 4], "sets have [4, 4] spheres"),
+        ("volume", "number", [0.5, 0.5], 5 * HEAVY + 3 * LIGHT, [5, 3], "sets have [5, 3] spheres"),
+        ("volume", "volume", [8.0 / 9.0, 1.0 / 9.0], 4 * HEAVY + 4 * LIGHT, [4, 4], ""),
+        ("volume", "volume", [0.9, 0.1], 4 * HEAVY + 4 * LIGHT, [4, 4], ""),
+        ("volume", "volume", [0.8, 0.2], 4 * HEAVY + 4.5 * LIGHT, [4, 4], "set 1: volume is"),
+        ("volume", "volume", [0.7, 0.3], 4 * HEAVY + 4 * LIGHT, [4, 4], "set 0: volume is"),
+        ("volume", "mass", [8.0 / 10.0, 2.0 / 10.0], 4 * HEAVY + 4 * LIGHT, [4, 4], ""),
+        ("mass", "volume", [8.0 / 9.0, 1.0 / 9.0], 4 * HEAVY + 8 * LIGHT, [4, 4], ""),
+        ("mass", "mass", [8.0 / 10.0, 2.0 / 10.0], 4 * HEAVY + 8 * LIGHT, [4, 4], ""),
+        ("mass", "mass", [0.5, 0.5], 4 * HEAVY + 8 * LIGHT, [4, 4], "set 1: mass is"),
+        ("mass", "mass", [1.0, 0.0], 4 * HEAVY + 8 * LIGHT, [4, 4], "sets of share 0 have spheres"),
+    ],
+)  # fmt: skip
+def test_a_sum_of_several_sets_is_held_against_their_shares(
+    tmp_path, key, shares_by, shares, amount, counts, fault
+):
+    radius, set_index = np.repeat([1.0, 0.5], counts), np.repeat([0, 1], counts).astype(np.int32)
+    laws = [stepped({}, [each], [1.0]) for each in (1.0, 0.5)]
+    case = case_of(tmp_path, laws=laws, zones=[Zone(None, None, 64.0, shares, shares_by, key, amount)])
+    case.data["particle_sets"] = [{"density": 1.0}, {"density": 2.0}]
+    bed = Bed(LATTICE, radius, set_index, np.zeros(8, np.int32), np.zeros(8, np.int32))
+    faults = list(of_amounts(case, bed, {"zones": [{"asked": 8}]}, 0))
+    assert any(fault in each for each in faults) if fault else faults == [], faults
+
+
+def test_a_file_that_is_used_up_may_leave_its_share_short(tmp_path):
+    laws = [stepped({}, [1.0], [1.0]), stepped({}, [0.5] * 4, np.ones(4), listed=True)]
+    amount = 4 * HEAVY + 6 * LIGHT
+    zone = Zone(None, None, 64.0, [4 * HEAVY / amount, 6 * LIGHT / amount], "volume", "volume", amount)
+    case = case_of(tmp_path, laws=laws, zones=[zone])
+    case.data["particle_sets"] = [{}, {}]
+    set_index = np.repeat([0, 1], 4).astype(np.int32)
+    bed = Bed(LATTICE, np.repeat([1.0, 0.5], 4), set_index, np.zeros(8, np.int32), np.zeros(8, np.int32))
+    assert list(of_amounts(case, bed, {"zones": [{"asked": 8}]}, 0)) == []
+
+
+@pytest.mark.parametrize("convex", [True, False])
+def test_lammps_has_walls_for_convex_vessels_alone(convex):
+    outline = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.4), (0.5, 1.8), (0.0, 1.8)]
+    mesh = revolved([*outline[:3], (0.0, 1.0)] if convex else outline, 12)
+    vertices = np.asarray(mesh.vertices, np.float32).astype(float)
+    body = Solidmesh(vertices, np.asarray(mesh.faces), np.zeros(len(mesh.faces), bool))
+    assert has_lammps_walls(body) == convex
+    assert has_lammps_walls(Hull(vertices))
+
+
+def test_lammps_has_no_walls_for_tilted_or_flat_cones():
+    def cone(axis, top):
+        return Cone(np.zeros(3), np.asarray(axis), 1.0, 0.5, top)
+
+    assert has_lammps_walls(cone([0.0, -1.0, 0.0], 0.5))
+    assert not has_lammps_walls(cone([0.0, 0.6, 0.8], 0.5))
+    assert not has_lammps_walls(cone([0.0, 0.0, 1.0], 3.0))
+
+
+def test_scenes_ask_seldom_for_decks_that_are_refused_early(tmp_path, monkeypatch):
+    monkeypatch.setattr("tests.fuzz.generator.EXPORTERS", 4 * ("lammps",))
+    monkeypatch.setattr("tests.fuzz.generator.REFUSED", 0.0)
+    cases = [make_case(number, tmp_path) for number in range(12)]
+    walled = [has_lammps_walls(case.container) for case in cases]
+    asks = ["lammps" in case.exports for case in cases]
+    assert not all(walled)
+    assert any(asks)
+    assert not any(asked and not has for asked, has in zip(asks, walled, strict=True))
+
+
+def test_a_deck_without_walls_that_is_not_refused_is_found_out(tmp_path):
+    tilted = Cone(np.zeros(3), np.array([0.0, 0.6, 0.8]), 9.0, 9.0, 9.0)
+    case = case_of(tmp_path, container=tilted, exports=["lammps"])
+    assert judge(case, 0, "") == ["exit code 0, but LAMMPS has no walls for such a container"]
 
 
 def test_sets_that_have_not_their_shares_and_radii_off_their_law_are_found_out(tmp_path):

@@ -106,7 +106,7 @@ def _curve(
     reached = tuple(float(value) for value in ordered[place])
     if law is None or cumulative is None:
         return SizeCurve(SHARES, (), reached, None)
-    asked = tuple(_quantile(cumulative, law.radius_bounds, value) for value in SHARES)
+    asked = tuple(float(value) for value in _quantiles(cumulative, law.radius_bounds, np.array(SHARES)))
     return SizeCurve(SHARES, asked, reached, curve_distance(ordered, share, cumulative))
 
 
@@ -132,15 +132,13 @@ def curve_distance(
     return float(max(above.max(), below.max()))
 
 
-def _quantile(
-    cumulative: Callable[[Float64Array], Float64Array], bounds: tuple[float, float], share: float
-) -> float:
-    """Return the radius [m] at which a cumulative curve reaches a share: by bisection."""
-    low, high = bounds
+def _quantiles(
+    cumulative: Callable[[Float64Array], Float64Array], bounds: tuple[float, float], share: Float64Array
+) -> Float64Array:
+    """Return the radii [m] at which a cumulative curve reaches shares: by bisection; same shape."""
+    low, high = (np.full(share.shape, bound) for bound in bounds)
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if float(cumulative(np.array([middle]))[0]) < share:
-            low = middle
-        else:
-            high = middle
+        below = cumulative(middle) < share
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
     return high

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from tests.fuzz.generator import Case, Zone, number_shares
+from tests.fuzz.generator import Case, Zone, number_shares, sum_shares
 from tests.fuzz.laws import Law
 from tests.fuzz.solids import Array, Box, Slab
 
@@ -282,17 +282,7 @@ def _of_zone(case: Case, zone: Zone, bed: Bed, own: NDArray[np.bool_], *, whole:
     if zone.key == "n_particles":
         yield from _of_count(case.laws, zone, share, bed, own)
     elif zone.key:
-        weight = 4.0 / 3.0 * np.pi * bed.radius[own] ** 3
-        used = [law.high if each > 0.0 else 0.0 for law, each in zip(case.laws, share, strict=True)]
-        density = case.densities if zone.key == "mass" else np.ones(len(case.laws))
-        weight, largest = (
-            weight * density[bed.set_index[own]],
-            (4.0 / 3.0 * np.pi * np.array(used) ** 3 * density).max(),
-        )
-        if abs(weight.sum() - zone.amount) > largest:
-            yield (
-                f"{zone.key} is {weight.sum():.6g}, asked {zone.amount:.6g}, heaviest sphere {largest:.3g}"
-            )
+        yield from _of_sum(case, zone, share, bed, own)
     elif count.sum() == 0:
         yield "exit code 0, but no sphere"
     elif any(law.listed and each > 0.0 for law, each in zip(case.laws, share, strict=True)):
@@ -304,6 +294,43 @@ def _of_zone(case: Case, zone: Zone, bed: Bed, own: NDArray[np.bool_], *, whole:
         expected = 0.55 * zone.capacity / float(share @ [law.mean_volume for law in case.laws])
         if expected > FULL_FROM and count.sum() < LOOSEST * expected:
             yield f"filled until full with {count.sum()} spheres, about {expected:.0f} have room"
+
+
+def _of_sum(case: Case, zone: Zone, share: Array, bed: Bed, own: NDArray[np.bool_]) -> Iterator[str]:
+    """Yield what is wrong with a zone that asks for a volume or mass: its sum, and the shares of its sets."""
+    density = case.densities if zone.key == "mass" else np.ones(len(case.laws))
+    set_index = bed.set_index[own]
+    weight = 4.0 / 3.0 * np.pi * bed.radius[own] ** 3 * density[set_index]
+    high = 4.0 / 3.0 * np.pi * np.array([law.high for law in case.laws]) ** 3 * density
+    largest = high[share > 0.0].max()
+    if abs(weight.sum() - zone.amount) > largest:
+        yield f"{zone.key} is {weight.sum():.6g}, asked {zone.amount:.6g}, heaviest sphere {largest:.3g}"
+    count = np.bincount(set_index, minlength=len(case.laws))
+    if zone.shares_by == "number":
+        if not _are_rounded(count, share):
+            yield f"sets have {count.tolist()} spheres, expected {np.round(share * count.sum(), 2).tolist()}"
+        return
+    for index, asked in enumerate(sum_shares(zone, case.densities) * zone.amount):
+        spheres, law = weight[set_index == index], case.laws[index]
+        # Of a file the spheres are what they are, and no sphere comes after the last one.
+        smallest = high[index] if law.listed else spheres.min(initial=high[index])
+        missing = asked - spheres.sum()
+        used_up = law.listed and len(spheres) == len(law.radius) and missing > 0.0
+        if abs(missing) > (0.5 + 1e-6) * smallest + ROUNDING * zone.amount and not used_up:
+            yield (
+                f"set {index}: {zone.key} is {spheres.sum():.6g}, its share {asked:.6g}, "
+                f"lightest sphere {smallest:.3g}"
+            )
+
+
+def _are_rounded(count: NDArray[np.int64], share: Array, error: float = 0.0) -> bool:
+    """Tell whether counts are shares of their total by largest remainder, the shares being off by an error.
+
+    Counts that are rounded up are above their quotas by one less their remainders, the others are below by
+    their remainders. Where the largest remainders are rounded up, no two of these differ by more than one.
+    """
+    above = (count - share * count.sum())[share > 0.0]
+    return bool(np.ptp(above) <= 1.0 + 1e-6 + 2.0 * error * count.sum())
 
 
 def _must_be_full(case: Case, share: Array) -> bool:
@@ -322,8 +349,7 @@ def _of_count(laws: list[Law], zone: Zone, share: Array, bed: Bed, own: NDArray[
     if count.sum() != zone.amount:
         yield f"{count.sum()} spheres, {zone.amount} are asked for"
         return
-    error = 1.0 + (0.0 if zone.shares_by == "number" else LAW_ERROR * count.sum())
-    if (np.abs(count - share * zone.amount) > error + 1e-6).any():
+    if not _are_rounded(count, share, 0.0 if zone.shares_by == "number" else LAW_ERROR):
         yield f"sets have {count.tolist()} spheres, expected {np.round(share * zone.amount, 2).tolist()}"
     for index, law in enumerate(laws):
         radius = np.sort(bed.radius[own & (bed.set_index == index)])

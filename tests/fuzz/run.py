@@ -17,7 +17,7 @@ import numpy as np
 
 from packgen.cli import main
 from tests.fuzz.decks import is_loadable, judge_deck
-from tests.fuzz.generator import Case, make_case
+from tests.fuzz.generator import Case, has_lammps_walls, make_case
 from tests.fuzz.judge import judge_folder, judge_lines, judge_refusal, read_bed
 from tests.fuzz.mutations import break_case
 
@@ -55,7 +55,7 @@ def run_number(
     case = make_case(number, folder)
     solver = solvers[number // every % len(solvers)] if solvers and number % every == every // 2 else ""
     broken = number % BROKEN_EACH == BROKEN_EACH // 2 + 1
-    solver = "" if broken else solver
+    solver = "" if broken or (solver == "lammps" and not has_lammps_walls(case.container)) else solver
     if solver and solver not in case.exports:
         case.exports.append(solver)
     if broken:
@@ -82,6 +82,8 @@ def judge(case: Case, code: int, said: str) -> list[str]:
     output = case.folder / "out"
     if code == 2:
         return judge_refusal(said, output, case.exports)
+    if "lammps" in case.exports and not case.broken and not has_lammps_walls(case.container):
+        return [f"exit code {code}, but LAMMPS has no walls for such a container"]
     if code not in (0, 1):
         return [f"exit code {code}"]
     return judge_lines(said) + judge_folder(case, output, code)

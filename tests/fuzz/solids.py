@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull
 
 Array = NDArray[np.float64]
 BLOCK = 150_000  # pairs of a point and a triangle that are held at a time
+FLAT = 1e-5  # of a volume, what float32 bends in a mesh
 
 
 class Solid(Protocol):
@@ -181,6 +182,11 @@ class Solidmesh:
     def volume(self) -> float:
         a, b, c = self._relative(self.vertices.mean(axis=0))
         return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether it fills its convex hull, but for the rounding of a file's numbers."""
+        return float(ConvexHull(self.vertices).volume) < (1.0 + FLAT) * self.volume
 
     def _relative(self, origin: Array) -> tuple[Array, Array, Array]:
         a, b, c = (self.vertices[self.faces[:, corner]] - origin for corner in range(3))

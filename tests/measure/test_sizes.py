@@ -54,3 +54,16 @@ def test_without_a_law_the_reached_curve_remains():
     assert found.by_mass.reached[3] == 3.0
     assert found.by_number.distance_max is None
     assert sizes("s", np.empty(0), None) is None
+
+
+def test_a_law_is_asked_for_all_shares_at_once():
+    asked = []
+
+    class Counted(Uniform):
+        def cumulative_number(self, radius):
+            asked.append(len(radius))
+            return super().cumulative_number(radius)
+
+    found = sizes("s", np.array([1.5]), Counted())
+    assert found.by_number.asked == pytest.approx([1.05, 1.1, 1.25, 1.5, 1.75, 1.9, 1.95])
+    assert len(asked) < 70
