@@ -21,6 +21,7 @@ from pydantic import Field
 
 from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, lengths, particulate
+from exporters.walls import crowding
 from exporters.walls import facets as walls
 from exporters.walls.stl import write_stl
 from packgen.bed import Bed
@@ -137,7 +138,11 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
     moduli = [each.youngs_modulus for each in types.materials]
     mesh = _mesh_values(facets, options) if facets is not None and primitives is None else None
     values |= lammps_data.box_values(bed, box)
+    of_mesh = facets if primitives is None else None
+    one, page = crowding.neighbor_room(of_mesh, values["radius_max"], values["skin"])
     return values | {
+        "neighbors_one": one,
+        "neighbors_page": page,
         "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
         "hard": max(moduli) > YOUNGS_MODULUS_HARD,
         "youngs_modulus": moduli,

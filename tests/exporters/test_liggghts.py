@@ -12,6 +12,7 @@ from packgen.bed import Material, ParticleSet
 from packgen.errors import ExportError
 from tests.beds import box_container, make_bed
 from tests.exporters.beds import RADIUS, lattice, read_data_file
+from tests.scenes import constant, run_scene
 
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
@@ -181,3 +182,14 @@ def test_two_processes_make_the_same_bed_as_one(tmp_path, walls):
         ends[count] = rows[np.argsort(rows[:, 0]), 1:]
     assert np.abs(ends[1] - bed.position).max() > 0.01 * RADIUS  # spheres have met and moved
     assert np.abs(ends[1] - ends[2]).max() < 1e-9 * RADIUS
+
+
+@pytest.mark.solver
+@needs_liggghts
+def test_a_sphere_near_5120_facets_at_once_runs(tmp_path):
+    bed = run_scene(
+        tmp_path, {"sphere": {"radius": 0.0258}}, constant(0.0254), zones=[{"n_particles": 1}]
+    ).bed
+    text = write(bed, tmp_path)
+    assert "neigh_modify delay 0 one 5120" in text
+    run(tmp_path)
