@@ -6,7 +6,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.geometry import Ball, Box, Cone, Shape, Slice
-from packgen.portable import length
+from packgen.portable import components, length
 
 
 def gravity_frame(down: Float64Array) -> Float64Array:
@@ -40,3 +40,23 @@ def shape_bounds(shape: Shape | Slice) -> tuple[Float64Array, Float64Array]:
         return least, most
     vertices = shape.surface.vertices
     return vertices.min(axis=0), vertices.max(axis=0)
+
+
+def altitude_range(shape: Shape | Slice, up: Float64Array) -> tuple[float, float]:
+    """Return the lowest and the highest altitude of a shape along a unit vector [m]; infinite for a slice."""
+    if isinstance(shape, Slice):
+        return -np.inf, np.inf
+    if isinstance(shape, Ball):
+        middle = float((shape.center * up).sum())
+        return middle - shape.radius, middle + shape.radius
+    if isinstance(shape, Cone):
+        along = float((shape.axis * up).sum())
+        across = float(np.sqrt(max(1.0 - along * along, 0.0)))
+        ends = float((shape.base * up).sum()) + np.array([0.0, shape.height * along])
+        reach = np.array([shape.radius_bottom, shape.radius_top]) * across
+        return float((ends - reach).min()), float((ends + reach).max())
+    if isinstance(shape, Box):
+        least, most = np.minimum(shape.min * up, shape.max * up), np.maximum(shape.min * up, shape.max * up)
+        return float(least.sum()), float(most.sum())
+    altitude = components(shape.surface.vertices, up)
+    return float(altitude.min()), float(altitude.max())

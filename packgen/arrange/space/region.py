@@ -16,11 +16,15 @@ from packgen.arrange.space.walls import WallTable, wall_table
 from packgen.arrays import Float64Array
 from packgen.errors import PackingError
 from packgen.geometry import Container, Mesh, Shape, Slice
-from packgen.geometry.bounds import gravity_frame, shape_bounds
+from packgen.geometry.bounds import altitude_range, gravity_frame, shape_bounds
 from packgen.portable import components
 
 SECTION_POINTS = 4096
 """Points that measure a cross-section."""
+
+FLAT_SHARE = 0.5
+"""A shape that lies askew to its bounding box and fills less than this share of the box's height along
+gravity is flat: layers below and above it would look for room in vain."""
 
 ROUND_MAX = 1.1
 """A section is round whose circle around it is at most so much larger: 1.05 for a dodecagon, 1.21 for a
@@ -141,6 +145,10 @@ def make_region(
     corners = np.array([[x, y, z] for x in bounds[:, 0] for y in bounds[:, 1] for z in bounds[:, 2]])
     altitude = components(corners, frame[2])
     floor, ceiling = float(altitude.min()), float(altitude.max())
+    for shape in (container.shape, *locations):
+        low, high = altitude_range(shape, frame[2])
+        if high - low < FLAT_SHARE * (ceiling - floor):
+            floor, ceiling = max(floor, low), min(ceiling, high)
     for location in locations:
         if isinstance(location, Slice):
             along = float((location.axis * frame[2]).sum())
