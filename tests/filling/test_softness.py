@@ -146,6 +146,18 @@ def test_amounts_that_cannot_fit_are_told_before_softness(tmp_path):
         pack(scene, vessel)
 
 
+def test_a_single_sphere_as_large_as_a_mountain_is_refused_a_solver_at_the_default_modulus(tmp_path):
+    # At 1e8 Pa LAMMPS loses it through the floor, at the 7e10 Pa asked for it stays.
+    sphere = constant(45e3) | {"density": 357.0}
+    vessel = {"cylinder": {"radius": 75e3, "height": 125e3}}
+    keys = {"container": vessel, "n_particles": 1}
+    scene, container = read_scene(tmp_path, vessel, sphere, zones=[{"n_particles": 1}])
+    with pytest.raises(SceneError, match=r"materials\.default\.youngs_modulus: found 1e\+08 Pa"):
+        pack(scene, container, for_solver=True)
+    stiff = estimate(tmp_path, 7e10, sets=sphere, **keys)
+    assert check_softness(*stiff, for_solver=True) == []
+
+
 def settled_overlap(folder: Path, bed) -> tuple[int, float, float]:
     """Let LIGGGHTS settle a bed; return spheres lost, largest overlap, mean one of the lowest tenth."""
     from exporters import liggghts

@@ -155,7 +155,10 @@ def make_region(
 
 
 def _seam_planes(locations: Sequence[Shape | Slice], seams: Seams) -> list[Slice]:
-    """Return what keeps centres from wrapping around where a location ends: it does not wrap with them."""
+    """Return what keeps centres from wrapping around where a location ends: it does not wrap with them.
+
+    A centre on a periodic side is on both. It is written at the lower one, where solvers want it.
+    """
     planes = []
     for axis in np.flatnonzero(seams.period):
         if any(np.isfinite([each[axis] for each in shape_bounds(location)]).any() for location in locations):
