@@ -25,8 +25,9 @@ from packgen.resultfolder import ResultFolder
 from packgen.stopping import held, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
-    from packgen.bed import Bed, Container
+    from packgen.bed import Bed
     from packgen.filling.pack import PackResult
+    from packgen.geometry import Container
     from packgen.report import Measures, Report
     from packgen.scene import Scene
     from packgen.validation import OnProgress, Verdict

@@ -23,7 +23,7 @@ SECTION_POINTS = 4096
 """Points that measure a cross-section."""
 
 ROUND_MAX = 1.1
-"""A section is round whose circle around it is at most so much larger: 1.05 for a dodecagon, 1.21 for a
+"""Largest area of the circle around a round section, over the section's: 1.05 for a dodecagon, 1.21 for a
 hexagon."""
 
 
