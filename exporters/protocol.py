@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed, Container, Material, ParticleSet
+from packgen.bed import Bed, Material, ParticleSet
 from packgen.errors import ExportError
+from packgen.geometry import Container
 
 Place = Callable[[tuple[str | int, ...]], str]
 

@@ -30,8 +30,9 @@ from exporters.walls import facets as walls
 from exporters.walls.edges import edge_uses
 from exporters.walls.stl import write_stl
 from packgen.arrays import Float64Array, unique_rows
-from packgen.bed import Bed, Container
+from packgen.bed import Bed
 from packgen.errors import ExportError
+from packgen.geometry import Container
 
 NAME = "yade"
 IS_DECK = True

@@ -290,3 +290,9 @@ def test_no_file_names_a_place_on_a_developers_machine():
         if place in path.read_text(encoding="utf-8")
     ]
     assert found == []
+
+
+def test_the_bed_offers_its_own_names_and_shapes_come_from_where_they_live():
+    import packgen.bed
+
+    assert {getattr(packgen.bed, name).__module__ for name in packgen.bed.__all__} == {"packgen.bed"}

@@ -27,7 +27,7 @@ def cap(a: Float64Array) -> Float64Array:
 
 def wedge(a: Float64Array, b: Float64Array) -> Float64Array:
     """Return the volume where x > a and y > b."""
-    # Where the planes meet outside the ball, what they cut off are caps.
+    # Planes that meet outside the ball cut off caps.
     beyond_a, beyond_b = cap(a), cap(b)
     volume = np.select(
         [(a >= 0) & (b >= 0), a >= 0, b >= 0],
@@ -47,7 +47,7 @@ def wedge(a: Float64Array, b: Float64Array) -> Float64Array:
 
 def corner(a: Float64Array, b: Float64Array, c: Float64Array) -> Float64Array:
     """Return the volume where x > a, y > b and z > c."""
-    # A corner outside the ball: nothing where all three are positive, and a negative one is the complement.
+    # A corner outside the ball leaves nothing where all three are positive; a negative one is the complement.
     volume = np.where(a < 0, wedge(np.abs(b), np.abs(c)), 0.0)
     volume = np.where(b < 0, wedge(a, np.abs(c)) - volume, volume)
     volume = np.where(c < 0, wedge(a, b) - volume, volume)

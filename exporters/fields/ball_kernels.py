@@ -1,4 +1,4 @@
-"""How much of each ball lies in each cell of a mesh: one loop over balls, cells and faces.
+"""The volume of each ball in each cell of a mesh: one loop over balls, cells and faces.
 
 By Gauss' theorem, three times the volume of the unit ball's part within a polyhedron is its area on the
 sphere plus, for each face, the face's distance from the centre times the area of the face within the ball.
@@ -38,8 +38,7 @@ class Polyhedra(NamedTuple):
     """Polyhedra with the same numbers of corners and faces, each as seen from its middle.
 
     Attributes:
-        convex: Whether they are convex; else the first three corners of each face are counter-clockwise from
-            outside, and all faces triangles.
+        convex: Whether they are convex. Of others all faces are triangles, counter-clockwise from outside.
         middle: Middle of each [m], shape (C, 3), float64.
         corner: Corners of each from its middle [m], shape (C, K, 3), float64.
         face: Corners of each face in order around it, the last one of a triangle twice, shape (F, 4), int64.
@@ -104,7 +103,7 @@ def _edge(  # type: ignore[no-untyped-def]
     length = math.sqrt(tx * tx + ty * ty + tz * tz)
     tx, ty, tz = tx / length, ty / length, tz / length
     mx, my, mz = ty * nz - tz * ny, tz * nx - tx * nz, tx * ny - ty * nx
-    # Across the edge within the face, away from the next corner; along it, so that the face is on the left.
+    # m lies in the face across the edge, and away from the next corner. The face is on the edge's left.
     turn = -1.0 if mx * ox + my * oy + mz * oz > 0.0 else 1.0
     away = turn * (mx * ax + my * ay + mz * az)
     e = abs(away)
@@ -169,7 +168,7 @@ def _ball_in_cell(  # type: ignore[no-untyped-def]
             )
             if height < math.inf:
                 angle = _solid_angle(x, y, z, cell, face[f, 0], face[f, 1], face[f, 2], corner)
-                # Of a point on a face rounding tells the side, here and below the same one.
+                # Rounding tells the side of a point on a face, and tells the same one below.
                 total += angle if height >= 0.0 else -angle
     if not cut:
         return total / 3.0, True
@@ -292,7 +291,7 @@ def add_balls(
     """
     middle, corner = cells.middle, cells.corner
     origin, size, count, first, start, item = boxes
-    half = np.zeros(middle.shape)  # how far each cell reaches from its middle along x, y, z at most
+    half = np.zeros(middle.shape)  # largest distance of a cell's corners from its middle along x, y, z
     for cell in range(len(corner)):
         for k in range(corner.shape[1]):
             for axis in range(3):
@@ -310,7 +309,7 @@ def add_balls(
                     box = (bx * count[1] + by) * count[2] + bz
                     for k in range(start[box], start[box + 1]):
                         cell = item[k]
-                        # Of the boxes that both reach into, the first is where they meet.
+                        # They meet in the first of the boxes that both reach into.
                         if (
                             bx != max(low[0], first[cell, 0])
                             or by != max(low[1], first[cell, 1])

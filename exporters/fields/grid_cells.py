@@ -1,4 +1,4 @@
-"""How much of the spheres lies in each cell of a regular grid, exactly (`cuts`)."""
+"""The volume of spheres in each cell of a regular grid, exactly (`ball_cuts`)."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _add_chunk(
     reach = radius[:, None] / spacing
     first = np.floor(center - reach).astype(np.int64)
     extent = np.floor(center + reach).astype(np.int64) - first + 1
-    # Spheres that lie in as many cells along each axis are one block of arrays.
+    # Spheres with equal numbers of cells along each axis are one block of arrays.
     for cells in np.unique(extent, axis=0):
         members = np.flatnonzero((extent == cells).all(axis=1))
         step = max(1, VALUES_PER_BLOCK // int((cells + 1).prod()))

@@ -1,4 +1,4 @@
-"""How much of the spheres lies in each cell of a mesh, exactly.
+"""The volume of spheres in each cell of a mesh, exactly.
 
 Cells are hexahedra, wedges and tetrahedra with corners in VTK's order, right side out or inside out. A convex
 cell with plane faces is what lies below their planes. Of any other, warped, hollow or with corners that
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 Float64Array = NDArray[np.float64]
 Int64Array = NDArray[np.int64]
 
-EXACT = 1.0e-12  # of a cell's size: how far corners of a plane face may lie off it
+EXACT = 1.0e-12  # largest distance of a corner off its plane face, of the cell's size
 CELLS_PER_BLOCK = 16384  # cells whose planes are held at a time
-OTHERS_PER_BLOCK = 4096  # of those with fans for faces
+OTHERS_PER_BLOCK = 4096  # cells with fans for faces that are held at a time
 EMPTY = 1.0e-13  # volume of a cell over its extent cubed that is none
-CROSSED = 1.0e-6  # volume below 0 of spheres in a cell that rounding does not explain, of the cell's
-BOXES_A_CELL = 16.0  # in which a cell is listed, on average; in more the grid is too fine
+CROSSED = 1.0e-6  # spheres' volume below 0 that rounding does not explain, over the cell's
+BOXES_A_CELL = 16.0  # mean number of boxes that list a cell; with more the grid is too fine
 
 # The corners of each face, counter-clockwise from outside, the last one of a triangle twice.
 FACES = {

@@ -19,7 +19,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from packgen.bed import Ball, Bed, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
+from packgen.bed import Bed
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
 
 # Sizes that keep a factor of ten from those that LIGGGHTS refuses or gets wrong [m].
 MESH_SIZE_MIN = 1.0e-3

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from exporters.walls.edges import edges_of, shared_edges
 from packgen.arrays import BoolArray, Float64Array
-from packgen.bed import Surface
+from packgen.geometry import Surface
 
 SMOOTH_ANGLE_DEFAULT = 0.2562  # degrees; LIGGGHTS' own
 

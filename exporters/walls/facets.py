@@ -35,8 +35,9 @@ from exporters.walls.angles import (
 )
 from exporters.walls.edges import edge_uses
 from packgen.arrays import unique_rows
-from packgen.bed import Bed, Box, Cone, Container, Mesh, Surface
+from packgen.bed import Bed
 from packgen.errors import ExportError
+from packgen.geometry import Box, Cone, Container, Mesh, Surface
 
 DEGENERATE_ANGLE = 1.0e-4  # degrees; narrower than that, single precision does not tell a facet from a line
 FACET_ANGLE_MIN = 0.06  # degrees; LIGGGHTS' hard limit is 0.001 rad = 0.0573 degrees

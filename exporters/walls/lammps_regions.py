@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.bed import Ball, Box, Cone, Container, Mesh, Polyhedron
 from packgen.errors import ExportError
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron
 
 SAME_NORMAL = 1.0e-4  # radians; planes closer than that, and at the same distance, are one wall
 SAME_OFFSET = 1.0e-5  # of the container's size

@@ -156,9 +156,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--picture", action="store_true", help="draw the bed, whole and cut in half: bed.png, bed_half.png"
     )
     parser.add_argument("--no-report", action="store_true", help="make no report.html")
-    parser.add_argument(
-        "--quiet", action="store_true", help="no progress, no summary; what was missed is said"
-    )
+    parser.add_argument("--quiet", action="store_true", help="show warnings and what was missed alone")
     parser.add_argument("--version", action="version", version=f"packgen {__version__}")
     return parser
 

@@ -14,7 +14,8 @@ from packgen.stopping import stop_seen
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from exporters import Exporter, Outlook
-    from packgen.bed import Bed, Container
+    from packgen.bed import Bed
+    from packgen.geometry import Container
     from packgen.scene import Scene
 
 

@@ -20,13 +20,14 @@ from packgen.cli.progress import Share, show_progress
 from packgen.cli.screen import say, table
 from packgen.cli.stopwatch import Stopwatch, peak_memory
 from packgen.cli.visuals import Compose, write_looks
-from packgen.errors import PackgenError, SceneError
+from packgen.errors import PackgenError
 from packgen.resultfolder import ResultFolder
 from packgen.stopping import held, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
-    from packgen.bed import Bed, Container
+    from packgen.bed import Bed
     from packgen.filling.pack import PackResult
+    from packgen.geometry import Container
     from packgen.report import Measures, Report
     from packgen.scene import Scene
     from packgen.validation import OnProgress, Verdict
@@ -39,12 +40,12 @@ class _Vessel:
     Attributes:
         container: The container.
         mended: A line for each repair of its surface; shown at the end, or with an error.
-        soft: A line for each material that the bed's weight presses too far; shown at once.
+        for_solver: Whether the bed is for a solver.
     """
 
     container: Container
     mended: tuple[str, ...]
-    soft: tuple[str, ...]
+    for_solver: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         unwritten = _write(packed.bed, plan, folder, watch)
         verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
         unjudged = () if verdict is None else verdict.unjudged
-        warnings = (*vessel.mended, *vessel.soft, *packed.warnings, *unjudged)
+        warnings = (*vessel.mended, *packed.warnings, *unjudged)
         found = _Findings(packed.bed, measures, unwritten, verdict, warnings)
         hurry = folder.unvalidated
         report = write_looks(
@@ -95,11 +96,10 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
 
 
 def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
-    """Load the container, and let formats and the bed's weight refuse it before the run.
+    """Load the container, and let formats refuse it before the run.
 
     Raises:
-        PackgenError: The container cannot be loaded, a format takes no bed of this scene, the bed's weight
-            would squeeze its spheres through each other, or the scene's amounts make no sense.
+        PackgenError: The container cannot be loaded, or a format takes no bed of this scene.
     """
     from packgen.container import load_container
 
@@ -108,11 +108,8 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
         container = load_container(plan.scene, mended.append)
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
-        for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
-        soft = _soft_materials(plan.scene, container, for_solver=for_solver)
-    for line in soft:
-        _warn(line)
-    return _Vessel(container, tuple(mended), soft)
+    for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
+    return _Vessel(container, tuple(mended), for_solver)
 
 
 @contextmanager
@@ -128,18 +125,6 @@ def _explained(warnings: Sequence[str]) -> Iterator[None]:
 
 def _warn(line: str) -> None:
     say(f"packgen: warning: {line}", sys.stderr)
-
-
-def _soft_materials(scene: Scene, container: Container, *, for_solver: bool) -> tuple[str, ...]:
-    """Return a line for each material that the bed's weight presses too far."""
-    from packgen.filling.fit import checked_locations
-    from packgen.filling.softness import check_softness
-
-    try:
-        return tuple(check_softness(scene, container, for_solver=for_solver))
-    except SceneError:
-        checked_locations(scene, container)  # a wrong unit is the likelier cause: it is reported first
-        raise
 
 
 def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) -> PackResult:
@@ -158,6 +143,7 @@ def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) 
             threads=options.threads,
             device=options.device,
             warn=_warn,
+            for_solver=vessel.for_solver,
         )
 
 

@@ -16,6 +16,7 @@ from packgen.errors import PackingError
 from packgen.filling.fit import checked_locations
 from packgen.filling.remarks import remarks
 from packgen.filling.room import Locations
+from packgen.filling.softness import check_softness
 from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.portable import length
 from packgen.supply.fitting import SumFit
@@ -67,6 +68,7 @@ def pack(
     threads: int | None = None,
     device: str = "cpu",
     warn: Callable[[str], None] = lambda _: None,
+    for_solver: bool = False,
 ) -> PackResult:
     """Fill the container as the scene says.
 
@@ -77,6 +79,8 @@ def pack(
         threads: Threads to use; None: the algorithm's choice. The bed does not depend on it.
         device: ``cpu``, or ``cuda`` for the plain torch form of the loops.
         warn: Called before the first sphere is placed, with a line for each thing that looks wrong.
+        for_solver: Whether a solver will get the bed: the Young's modulus that spheres have where the scene
+            states none then counts as well, when their softness is judged.
 
     Returns:
         The bed, the outcome of each zone, and what looks wrong: what ``warn`` was told, zones that nothing
@@ -84,6 +88,8 @@ def pack(
 
     Raises:
         PackingError: Nothing can be placed, or a location or an amount makes no sense.
+        SceneError: The bed's weight would squeeze its spheres through each other, and the scene does not say
+            ``allow_soft``.
     """
     _check_device(device)
     algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
@@ -93,7 +99,10 @@ def pack(
         warnings.append(line)
         warn(line)
 
+    # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
+    for line in check_softness(scene, container, for_solver=for_solver):
+        tell(line)
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
     down = gravity / length(gravity) if down is None else down

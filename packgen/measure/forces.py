@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
-from packgen.bed import Bed, Box, Cone
+from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
+from packgen.geometry import Box, Cone
 from packgen.measure import hertz as law
 
 

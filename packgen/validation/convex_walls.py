@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
-from packgen.bed import Ball, Bed, Box, Cone, Polyhedron
+from packgen.bed import Bed
 from packgen.errors import SolverError
+from packgen.geometry import Ball, Box, Cone, Polyhedron
 from packgen.measure import hertz as law
 from packgen.validation.contacts import Contacts, law_error
 

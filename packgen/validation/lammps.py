@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed, Polyhedron
+from packgen.bed import Bed
+from packgen.geometry import Polyhedron
 from packgen.validation.contacts import Contacts
 from packgen.validation.convex_walls import convex_contacts
 from packgen.validation.dump import read_dump

@@ -31,7 +31,8 @@ import numpy as np
 import output
 
 import exporters
-from packgen.bed import Bed, Box, Container, Material, ParticleSet, Surface
+from packgen.bed import Bed, Material, ParticleSet
+from packgen.geometry import Box, Container, Surface
 
 SECONDS_MAX = 2.0  # what a format may take for 500,000 spheres
 RADIUS = 0.01  # m

@@ -10,7 +10,8 @@ from scipy.spatial import cKDTree
 from scipy.special import lpmv
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed, Box
+from packgen.bed import Bed
+from packgen.geometry import Box
 
 SLICES_A_RADIUS = 20
 MARGIN_FLOOR = 5.0  # diameters above the floor that its order reaches into

@@ -27,9 +27,10 @@ import machine
 import output
 
 import exporters
-from packgen.bed import Bed, Mesh
+from packgen.bed import Bed
 from packgen.container import load_container
 from packgen.filling.pack import pack
+from packgen.geometry import Mesh
 from packgen.scene import Scene, load_scene
 from packgen.validation import Limits, SolverReport, predicted_forces, validate
 from packgen.validation.process import SOLVERS

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from packgen.bed import Bed, Surface
-from packgen.geometry import Container
+from packgen.bed import Bed
+from packgen.geometry import Container, Surface
 from tests.beds import box_container, make_bed
 
 RADIUS = 2.5e-3

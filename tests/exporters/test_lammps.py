@@ -8,8 +8,9 @@ import pytest
 
 from exporters import lammps, liggghts
 from exporters.walls import lammps_regions as lammps_walls
-from packgen.bed import Cone, Material, Polyhedron
+from packgen.bed import Material
 from packgen.errors import ExportError
+from packgen.geometry import Cone, Polyhedron
 from tests.beds import box_container, make_bed, make_container
 from tests.exporters.beds import RADIUS, lattice, open_at_the_top
 from tests.validation.beds import bed_in, drum_surface, mixed, planes

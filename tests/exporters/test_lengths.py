@@ -9,8 +9,9 @@ import pytest
 
 from exporters import cfdem, liggghts
 from exporters.shared import lengths
-from packgen.bed import Bed, Mesh
+from packgen.bed import Bed
 from packgen.errors import ExportError
+from packgen.geometry import Mesh
 from tests.exporters.beds import read_data_file
 from tests.exporters.test_liggghts import needs_liggghts, run
 from tests.validation.beds import bed_in

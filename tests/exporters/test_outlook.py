@@ -13,10 +13,10 @@ import pytest
 
 import exporters
 from exporters import Outlook
-from packgen.bed import Material, Mesh, ParticleSet
+from packgen.bed import Material, ParticleSet
 from packgen.cli import main
 from packgen.errors import ExportError
-from packgen.geometry import Cone
+from packgen.geometry import Cone, Mesh
 from tests.beds import box_container, box_surface, make_bed, make_container, revolved_surface
 
 DECKS = ("liggghts", "lammps", "yade", "cfdem")

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from exporters import yade
-from packgen.bed import Material, Mesh, ParticleSet, Surface
+from packgen.bed import Material, ParticleSet
 from packgen.errors import ExportError
+from packgen.geometry import Mesh, Surface
 from tests.beds import box_container, box_surface, make_bed, make_container, revolved_surface
 from tests.exporters.beds import RADIUS, lattice
 from tests.validation.beds import bed_in

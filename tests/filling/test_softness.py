@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from packgen.errors import SceneError
+from packgen.errors import PackingError, SceneError
 from packgen.filling.pack import pack
 from packgen.filling.softness import OVERLAP_WARNING, check_softness, softness
 from packgen.validation.dump import read_dump
@@ -116,6 +116,46 @@ def test_the_default_modulus_matters_where_a_deck_is_written_only(tmp_path):
     scene, vessel = read_scene(tmp_path, deep, constant(5.0))
     assert check_softness(scene, vessel, for_solver=False) == []
     assert "materials.default.youngs_modulus" in check_softness(scene, vessel, for_solver=True)[0]
+
+
+def test_who_packs_from_python_hears_of_softness_too_and_once(tmp_path):
+    told = []
+    scene, vessel = estimate(tmp_path, 1e6)
+    result = pack(scene, vessel, warn=told.append)
+    lines = [each for each in result.warnings if "youngs_modulus" in each]
+    assert lines == told == check_softness(scene, vessel, for_solver=False)
+
+
+def test_who_packs_from_python_is_refused_spheres_that_pass_through_each_other(tmp_path):
+    with pytest.raises(SceneError, match="say `allow_soft: true` in the material"):
+        pack(*estimate(tmp_path, 1e4))
+    result = pack(*estimate(tmp_path, 1e4, allow_soft=True))
+    assert "the scene allows that" in str(result.warnings)
+
+
+def test_the_default_modulus_counts_in_a_packing_for_a_solver(tmp_path):
+    deep = box((0, 0, 0), (30, 30, 300))
+    scene, vessel = read_scene(tmp_path, deep, constant(5.0))
+    assert "youngs_modulus" not in str(pack(scene, vessel).warnings)
+    assert "materials.default.youngs_modulus" in str(pack(scene, vessel, for_solver=True).warnings)
+
+
+def test_amounts_that_cannot_fit_are_told_before_softness(tmp_path):
+    scene, vessel = estimate(tmp_path, 1e3, n_particles=100_000)
+    with pytest.raises(PackingError, match="expected at most"):
+        pack(scene, vessel)
+
+
+def test_a_single_sphere_as_large_as_a_mountain_is_refused_a_solver_at_the_default_modulus(tmp_path):
+    # At 1e8 Pa LAMMPS loses it through the floor, at the 7e10 Pa asked for it stays.
+    sphere = constant(45e3) | {"density": 357.0}
+    vessel = {"cylinder": {"radius": 75e3, "height": 125e3}}
+    keys = {"container": vessel, "n_particles": 1}
+    scene, container = read_scene(tmp_path, vessel, sphere, zones=[{"n_particles": 1}])
+    with pytest.raises(SceneError, match=r"materials\.default\.youngs_modulus: found 1e\+08 Pa"):
+        pack(scene, container, for_solver=True)
+    stiff = estimate(tmp_path, 7e10, sets=sphere, **keys)
+    assert check_softness(*stiff, for_solver=True) == []
 
 
 def settled_overlap(folder: Path, bed) -> tuple[int, float, float]:

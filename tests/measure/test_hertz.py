@@ -51,7 +51,7 @@ def test_predicted_forces_see_a_pair_across_a_periodic_seam():
 
 
 def test_a_centre_outside_is_counted():
-    from packgen.bed import Mesh
+    from packgen.geometry import Mesh
 
     surface = revolved_surface([(0, 2), (4, 2)], 24)
     container = make_container(Mesh(surface), surface, 1.0)

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from packgen.bed import Ball, Bed, Cone, Material, Mesh, ParticleSet, Polyhedron, Surface
+from packgen.bed import Bed, Material, ParticleSet
+from packgen.geometry import Ball, Cone, Mesh, Polyhedron, Surface
 from tests.beds import box_container, make_bed, make_container, revolved_surface
 
 OVERLAP = 1e-3  # radii

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from exporters import liggghts
-from packgen.bed import Cone, Mesh, Polyhedron
 from packgen.errors import SolverError
+from packgen.geometry import Cone, Mesh, Polyhedron
 from packgen.validation import Limits, predicted_forces, validate, validation_dict
 from tests import container_meshes as meshes
 from tests.beds import box_container, make_bed, make_container, revolved_surface

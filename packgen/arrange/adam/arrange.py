@@ -62,7 +62,7 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
         around,
         _settings(zone),
         rng,
-        finish=None if params.tolerance is None else _end_game(region, Recipe(tolerance=params.tolerance)),
+        finish=_inside(region) if params.tolerance is None else _end_game(region, params.tolerance),
         on_progress=reporter.tell_batch,
         on_step=reporter.tell_step,
         threads=setting.threads or 1,
@@ -110,9 +110,22 @@ class _Reporter:
             self._listener(replace(self._last, stage=f"arrange, step {step} of a batch"))
 
 
-def _end_game(region: Region, recipe: Recipe) -> Finish:
+def _inside(region: Region) -> Finish:
+    """Return what throws out the spheres of a batch that slipped through a mesh, and leaves all others."""
+    import torch
+
+    def finish(position: Tensor, _radius: Tensor, *_fixed: Tensor) -> tuple[Tensor, Tensor]:
+        kept = region.holds(position.cpu().numpy())
+        return torch.as_tensor(kept, device=position.device), position
+
+    return finish
+
+
+def _end_game(region: Region, tolerance: float) -> Finish:
     """Return the end game of a batch, which brings it to tolerance: projection sweeps without the sinking."""
     import torch
+
+    recipe = Recipe(tolerance=tolerance)
 
     def finish(position: Tensor, radius: Tensor, *fixed: Tensor) -> tuple[Tensor, Tensor]:
         spheres = [

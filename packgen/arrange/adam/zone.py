@@ -124,7 +124,7 @@ def pack_zone_adam(
         settings: Settings of the algorithm.
         rng: Draws the start positions.
         finish: ``(position, radius, fixed_position, fixed_radius) -> (kept (n,) bool, position (n, 3))``:
-            brings an accepted batch to tolerance and says which spheres stay. None: as Adam left them.
+            ends an accepted batch and says which spheres stay. None: all do, as Adam left them.
         on_progress: Called after each batch.
         on_step: Called after each step with its number, the objective and the learning rate.
         threads: Threads for torch: the tensors of a batch are small, one is fastest.

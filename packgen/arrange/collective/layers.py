@@ -11,7 +11,9 @@ from packgen.arrange.collective.open_zone import LayerReport, OpenZone, no_repor
 from packgen.arrange.collective.plan import LayerPlan
 from packgen.arrange.collective.surface import Surface
 from packgen.arrange.projection.recipe import Recipe
-from packgen.arrange.spheres import joined
+from packgen.arrange.space.lowest_place import lowest_place
+from packgen.arrange.space.seams import Seams
+from packgen.arrange.spheres import Spheres, joined
 from packgen.bodies import whole_bodies
 from packgen.portable import cube
 
@@ -47,8 +49,8 @@ def fill_in_layers(
         gained, back, tried = loop.add(batch)
         thrown_back += back
         stalled = 0.0 if gained > STALLED_SHARE or not surface.started else stalled + failure(tried)
-        if stalled >= STALLED_MAX and not zone.supply.finished and loop.climb():
-            # Another chamber may lie above a throat. One layer there will tell.
+        if stalled >= STALLED_MAX and not zone.supply.finished and (loop.put_singly(batch) or loop.climb()):
+            # Another chamber may lie above a throat, or a tip may widen. One layer there will tell.
             stalled = STALLED_MAX - 1.0
         batch += 1
         on_layer(batch, len(zone.pile), surface.level, thrown_back)
@@ -67,7 +69,7 @@ class _Layers:
         self.zone, self.recipe = zone, recipe
         self.surface = Surface(zone, plan)
         self.starts = LayerStarts(zone, self.surface)
-        self.closing = False
+        self.closing = self.searched = self.singly = False
 
     def add(self, batch: int) -> tuple[float, int, int]:
         """Add one layer; return (share of its volume gained, spheres thrown back, spheres to be placed).
@@ -97,11 +99,43 @@ class _Layers:
         zone.put_back(thrown)
         zone.pile.front = joined([fixed, settled])
         surface.started = surface.started or gained > 0.0
+        self.singly = self.singly and gained <= 0.0
         if not surface.started:
-            # The tip of a hopper is too narrow for a sphere: rise to the first place where one fits.
-            surface.base += 0.25 * surface.diameter * failure(tried)
+            self._rise(batch, tried)
         surface.bury()
         return gained, len(thrown), tried
+
+    def _rise(self, batch: int, tried: int) -> None:
+        """Rise to where a first sphere fits: the tip of a hopper is too narrow, or too steep to sink into."""
+        surface = self.surface
+        surface.base += 0.25 * surface.diameter * failure(tried)
+        if not self.searched:
+            self.searched = True
+            self.put_singly(batch)
+
+    def put_singly(self, batch: int) -> bool:
+        """Put one sphere at the lowest place where no other sphere of the zone is; tell whether one is there.
+
+        Once a layer has found a place, none is put singly: where layers find no more, the zone is full.
+        """
+        zone, surface = self.zone, self.surface
+        if surface.started and not self.singly:
+            return False
+        first, own = zone.supply.take(1), zone.pile.front
+        own = own[own.zone_index == zone.index]
+        radius, others = float(first.radius[0]), np.column_stack([own.position, own.radius])
+        place = lowest_place(zone.region, radius * (1.0 + self.recipe.gap), others)
+        if place.center is not None and len(first.radius) == 1:
+            sphere = zone.newcomers(place.center[None], first, batch)
+            if _is_clear(sphere, zone.pile.all(), zone.region.walls.seams):
+                zone.pile.front = joined([zone.pile.front, sphere])
+                surface.started = self.singly = True
+                return True
+        zone.supply.put_back(first)
+        if not surface.started and not zone.supply.broad:
+            # Nowhere below is a place. Where there is none at all, the zone is full.
+            surface.base = max(surface.base, place.altitude - radius)
+        return False
 
     def climb(self) -> bool:
         """Raise the level to the next room between non-convex walls or earlier beds; False: there is none."""
@@ -114,3 +148,12 @@ class _Layers:
             if len(self.starts.points(surface.tops())):
                 return True
         return False
+
+
+def _is_clear(sphere: Spheres, others: Spheres, seams: Seams) -> bool:
+    """Tell whether a single sphere overlaps none of the others."""
+    apart = others.position - sphere.position
+    wraps = seams.period > 0.0
+    apart[:, wraps] -= seams.period[wraps] * np.rint(apart[:, wraps] / seams.period[wraps])
+    touching = others.radius + sphere.radius
+    return bool(((apart * apart).sum(axis=1) >= touching * touching).all())

@@ -15,6 +15,7 @@ from packgen.arrange.collective.layers import STALLED_MAX
 from packgen.arrange.collective.open_zone import LayerReport, OpenZone, no_report
 from packgen.arrange.collective.starts import assign_starts
 from packgen.arrange.projection.recipe import Recipe
+from packgen.arrange.space.lowest_place import lowest_place
 from packgen.arrange.spheres import Spheres, joined
 from packgen.arrays import Float64Array
 from packgen.bodies import whole_bodies
@@ -94,7 +95,9 @@ class _Cell:
         """Number of spheres still to be placed; in a zone without an amount, until it is full."""
         if self.supply.remaining is not None:
             return self.supply.remaining
-        return max(round((self.full * self.room - self.solid) / self.supply.mean_volume), 0)
+        # A zone hardly larger than a sphere has little room by points, and may hold one all the same.
+        least = 0 if (self.zone.pile.front.zone_index == self.zone.index).any() else 1
+        return max(round((self.full * self.room - self.solid) / self.supply.mean_volume), least)
 
     def add(self, batch: int) -> int:
         """Add spheres until the zone is full, or a few more to a full one; return how many are gained."""
@@ -137,6 +140,9 @@ class _Cell:
         count, broad = len(draw.radius), self.supply.broad
         wanted = VOID_SAMPLES * (len(front) + count) if crowded else count * (SPARE_STARTS if broad else 1)
         points = self._points(wanted)
+        if len(points) == 0 and not crowded:
+            place = lowest_place(self.region, float(draw.radius.min()))
+            points = points if place.center is None else place.center[None]
         if crowded:
             points = self._voids(points, front, count)
         if not broad:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 LEVELS_MAX = 40
 
 SLICES = 4
-"""Cells are so many times narrower along x: a row of them is one range, which then ends near the reach."""
+"""Width of a cell across x over that along x: a row of cells is one range, which then ends near the reach."""
 
 LEVEL_RATIO = 4.0
 """Largest to smallest radius of a level: finer levels have fewer candidates in more and emptier cells."""

@@ -23,7 +23,7 @@ def list_pairs(
     Args:
         ball: Centres and radii [m], shape (N, 4).
         reach: A pair is listed when closer than the sum of these [m], shape (N,).
-        moving: The first so many spheres move; pairs of two others are left out.
+        moving: Number of spheres that move, which come first; pairs of two others are left out.
         neighbor: Array of an earlier list to write over; None: there is none.
 
     Returns:

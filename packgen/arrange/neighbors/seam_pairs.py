@@ -67,7 +67,7 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
     Args:
         ball: Centres in the box and radii [m], shape (N, 4).
         reach: A pair is listed when closer than the sum of these [m], shape (N,).
-        moving: The first so many spheres move; pairs of two others are left out.
+        moving: Number of spheres that move, which come first; pairs of two others are left out.
         seams: The periods, each more than twice as long as any pair's reach.
 
     Returns:

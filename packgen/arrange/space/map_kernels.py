@@ -19,7 +19,8 @@ from packgen.arrange.space.feature_kernels import (
 )
 
 PIECE = 6.0
-"""Triangles are looked at in pieces of at most so many cells: the box around a long one is mostly empty."""
+"""Longest edge, in cells, of the pieces that triangles are looked at in: the box around a long one is mostly
+empty."""
 
 STACK = 256
 
@@ -113,7 +114,7 @@ def next_piece(
         high: Out: highest one, shape (3,).
 
     Returns:
-        How many are left, which is also the place of the piece on the stack; -1: there was none.
+        Number of pieces left, which is also the place of the piece on the stack; -1: there was none.
     """
     while depth > 0:
         if depth < STACK and halved(stack[depth - 1], PIECE * grid.size, stack[depth]):
@@ -233,7 +234,7 @@ def merged_maps(  # type: ignore[no-untyped-def]
 def map_features(features: Features, grid: Grid, reach: float):  # type: ignore[no-untyped-def]
     """List for each cell of a grid the features closer than ``reach`` to any point of it.
 
-    Blocks of cells first, so that most cells never look at most features.
+    Blocks of cells come first. Most cells then never look at most features.
 
     Args:
         features: The features.

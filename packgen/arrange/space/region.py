@@ -27,7 +27,7 @@ FLAT_SHARE = 0.5
 gravity is flat: layers below and above it would look for room in vain."""
 
 ROUND_MAX = 1.1
-"""A section is round whose circle around it is at most so much larger: 1.05 for a dodecagon, 1.21 for a
+"""Largest area of the circle around a round section, over the section's: 1.05 for a dodecagon, 1.21 for a
 hexagon."""
 
 
@@ -163,7 +163,10 @@ def make_region(
 
 
 def _seam_planes(locations: Sequence[Shape | Slice], seams: Seams) -> list[Slice]:
-    """Return what keeps centres from wrapping around where a location ends: it does not wrap with them."""
+    """Return what keeps centres from wrapping around where a location ends: it does not wrap with them.
+
+    A centre on a periodic side is on both. It is written at the lower one, where solvers want it.
+    """
     planes = []
     for axis in np.flatnonzero(seams.period):
         if any(np.isfinite([each[axis] for each in shape_bounds(location)]).any() for location in locations):

@@ -32,7 +32,9 @@ class Seams:
     def of(cls, container: Container) -> Seams:
         """Return the seams of a container."""
         low, high = container.bounds
-        return cls(np.array(low), np.where(container.periodic, high - low, 0.0))
+        period = np.where(container.periodic, high - low, 0.0)
+        # Rounding must not let a centre lie on the upper side, or beyond it.
+        return cls(np.array(low), np.where(low + period > high, np.nextafter(period, 0.0), period))
 
     @property
     def wraps(self) -> bool:

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
+import exporters
 from packgen.errors import PackingError
 from packgen.filling.pack import pack
 from packgen.measure import solid_fraction
+from tests.beds import make_bed
 from tests.scenes import assert_sound, box, constant, read_scene, run_scene
 
 RADIUS = 0.05
@@ -168,3 +170,40 @@ def test_a_zone_thinner_than_its_spheres_in_an_endless_box_stays_empty(tmp_path)
     zones = [{"n_particles": 50}, {"n_particles": 1, "location": {"path": "splinter.off"}}]
     result = run_scene(tmp_path, vessel, constant(0.0085), gravity_axis="z", zones=zones)
     assert [zone.placed for zone in result.zones] == [50, 0]
+
+
+@pytest.mark.parametrize("low", [0.0, 0.1])
+@pytest.mark.parametrize(("first", "last"), [(0.25, 1.0), (0.0, 0.5)])
+def test_a_zone_that_ends_at_a_periodic_side_has_its_centres_within_or_on_the_other_side(
+    tmp_path, low, first, last
+):
+    ends = {"axis": "x", "min_bound": low + first, "max_bound": low + last}
+    vessel = periodic_box("x", [low] * 3, [low + 1.0] * 3)
+    zones = [{"location": {"slice": ends}}]
+    result = run_scene(tmp_path, vessel, constant(0.08), gravity_axis="x", zones=zones)
+    position, (least, most) = result.bed.position, result.bed.container.bounds
+    along = position[:, 0]
+    assert (along >= least[0]).all()
+    assert (along < most[0]).all()  # where solvers want it: decks have the digits of the bed
+    slack = result.bed.tolerance * 0.08
+    within = (along >= low + first - slack) & (along <= low + last + slack)
+    # A centre on the upper side, or beyond it by the tolerance, is the same point at the lower one.
+    on_upper_side = along + 1.0 <= low + last + slack
+    on_lower_side = along - 1.0 >= low + first - slack
+    assert (within | on_upper_side | on_lower_side).all()
+
+
+def test_decks_write_a_centre_at_a_side_with_all_its_digits(tmp_path):
+    _, vessel = read_scene(tmp_path, periodic_box("xyz"), constant(0.1))
+    last = np.nextafter(1.0, 0.0)
+    bed = make_bed(np.array([[0.0, 0.5, 0.5], [last, 0.75, 0.5], [0.5, 0.0, last]]), 0.1, vessel)
+    for name, file, columns in (
+        ("liggghts", "bed.data", slice(4, 7)), ("lammps", "bed.data", slice(4, 7)),
+        ("yade", "bed.txt", slice(0, 3)), ("csv", "bed.csv", slice(1, 4)),
+    ):  # fmt: skip
+        folder = tmp_path / name
+        folder.mkdir()
+        exporter = exporters.get(name)
+        exporter.write(bed, folder, exporter.Options())
+        rows = [line.replace(",", " ").split() for line in (folder / file).read_text().split("\n")[-4:-1]]
+        assert np.array_equal(np.array(rows)[:, columns].astype(float), bed.position), name

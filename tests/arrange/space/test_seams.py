@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -18,6 +19,7 @@ from packgen.arrange.projection.torch_layer import PlainLayer
 from packgen.arrange.space.seams import NO_SEAMS, Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Box
+from tests.scenes import box, constant, read_scene
 
 DOWN = np.array([0.0, 0.0, -1.0])
 ASKEW = np.array([0.1, 0.2, -1.0])
@@ -173,3 +175,21 @@ def test_a_sphere_taken_out_touches_nothing_neither_across_a_seam_nor_a_wall(for
     never = run(away, 80, np.zeros(80, bool))
     assert np.allclose(taken[2][~out], never[2][~out], rtol=0.0, atol=1e-12)
     assert [worst for worst, _ in taken[0]] == pytest.approx([worst for worst, _ in never[0]])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_point_on_a_side_is_written_at_the_lower_one_and_none_beyond_the_upper_one(seed, tmp_path):
+    _, unit = read_scene(tmp_path, box([0, 0, 0], [1, 1, 1]) | {"periodic": ["x"]}, constant(0.1))
+    rng = np.random.default_rng(seed)
+    for low, high in np.sort(rng.choice(np.arange(-999, 1000) / 1000.0, (300, 2)), axis=1):
+        if low == high:
+            continue
+        vessel = replace(unit, bounds=np.array([[low, 0.0, 0.0], [high, 1.0, 1.0]]))
+        position = np.zeros((6, 3))
+        below, above = np.nextafter([low, high], -1.0), np.nextafter(high, 1.0)
+        position[:, 0] = [low, below[0], below[1], high, above, low - 1e-300]
+        found = Seams.of(vessel).wrapped(position)[:, 0]
+        assert (found >= low).all()
+        assert (found < high).all()
+        assert found[0] == low
+        assert found[3] - low < 1e-15

@@ -7,8 +7,8 @@ import trimesh
 from exporters.walls import facets as walls
 from exporters.walls import slivers
 from exporters.walls.stl import write_stl
-from packgen.bed import Ball, Box, Cone, Mesh, Surface
 from packgen.errors import ExportError
+from packgen.geometry import Ball, Box, Cone, Mesh, Surface
 from tests import container_meshes as meshes
 from tests.beds import box_container, box_surface, make_container, revolved_surface
 from tests.scenes import constant, read_scene
