@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def winding_numbers(corner: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how often a surface winds around each point: the sum of its solid angles over 4 pi.
 

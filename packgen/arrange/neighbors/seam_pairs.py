@@ -92,7 +92,7 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
 
 def _close(ball: Float64Array, reach: Float64Array, split: int) -> tuple[Int64Array, Int64Array]:
     """Return the pairs of one of the first ``split`` spheres and one of the others, counted from there."""
-    order, _, (owner, neighbor) = list_pairs(ball, reach, split)
+    order, _, (owner, neighbor) = list_pairs(ball, reach, split, np.empty(24 * len(ball) + 4096, np.int32))
     other = neighbor[: len(owner)]
     across = (owner < split) != (other < split)
     low, high = np.minimum(owner, other)[across], np.maximum(owner, other)[across]

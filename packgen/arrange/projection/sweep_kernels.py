@@ -69,13 +69,13 @@ class Work(NamedTuple):
     shift: NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def wall_grain(identity: int) -> float:
     """Return the part of a wall's roughness that keeps a sphere off, 0 to 1: the golden ratio's multiples."""
     return identity * GRAIN_STEP % 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def sweep(  # type: ignore[no-untyped-def]
     spheres: LayerSpheres,
     pairs: Pairs,
@@ -179,7 +179,7 @@ def sweep(  # type: ignore[no-untyped-def]
     return worst, strays
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def sweeps(  # type: ignore[no-untyped-def]
     spheres: LayerSpheres,
     pairs: Pairs,
@@ -229,7 +229,7 @@ def sweeps(  # type: ignore[no-untyped-def]
             return done, worst, strays
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def sphere_overlaps(
     ball: NDArray[np.float64],
     scale: float,

@@ -68,7 +68,7 @@ class WallList(NamedTuple):
     room: NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.float64]) -> bool:
     """Halve a triangle across its longest edge where that is longer than allowed: one half in place."""
     longest, turn = 0.0, 0
@@ -90,7 +90,7 @@ def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.flo
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def next_piece(
     stack: NDArray[np.float64],
     depth: int,
@@ -132,7 +132,7 @@ def next_piece(
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def map_triangles(  # type: ignore[no-untyped-def]
     corner: NDArray[np.float64],
     grid: Grid,
@@ -209,7 +209,7 @@ def map_triangles(  # type: ignore[no-untyped-def]
     return start, item
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def merged_maps(  # type: ignore[no-untyped-def]
     start: NDArray[np.int32],
     item: NDArray[np.int32],
@@ -230,7 +230,7 @@ def merged_maps(  # type: ignore[no-untyped-def]
     return both, joined
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def map_features(  # type: ignore[no-untyped-def]
     features: Features,
     grid: Grid,
@@ -294,7 +294,7 @@ def map_features(  # type: ignore[no-untyped-def]
     return start, item
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     """Return the cell that a point lies in; the nearest one of a point outside of the grid."""
     cx = min(max(int((x - grid.origin[0]) / grid.size), 0), grid.cells[0] - 1)
@@ -303,7 +303,7 @@ def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     return int((cz * grid.cells[1] + cy) * grid.cells[0] + cx)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def least_gap(
     position: NDArray[np.float64], radius: float, features: Features, near: FeatureMap
 ) -> NDArray[np.float64]:
@@ -320,7 +320,7 @@ def least_gap(
     return gap
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def wall_candidates(
     ball: NDArray[np.float64],
     margin: NDArray[np.float64],

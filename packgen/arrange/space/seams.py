@@ -7,17 +7,38 @@ pairs know nothing of periods.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from packgen.arrays import Float64Array
 from packgen.geometry import Container
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Seams:
+@njit(cache=True, nogil=True, error_model="numpy")
+def wrap_points(position: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]) -> None:
+    """Move points by whole periods into the box, the upper sides left out; those inside keep every digit.
+
+    Args:
+        position: Points [m], shape (N, 3) or wider; change. NaN stays.
+        low: Lower corner of the box [m], shape (3,).
+        period: Length after which space repeats [m], 0 where it does not, shape (3,).
+    """
+    for axis in range(3):
+        begin, length = low[axis], period[axis]
+        if length == 0.0:
+            continue
+        for i in range(len(position)):
+            along = position[i, axis]
+            if along < begin or along >= begin + length:
+                moved = begin + (along - begin) % length
+                position[i, axis] = moved if moved < begin + length else begin
+
+
+class Seams(NamedTuple):
     """The periods of a box.
 
     Attributes:
@@ -41,13 +62,8 @@ class Seams:
 
     def wrapped(self, position: Float64Array) -> Float64Array:
         """Return points (N, 3) moved by whole periods into the box, the upper sides left out."""
-        inside = np.array(position)
-        for axis in np.flatnonzero(self.period):
-            along = inside[:, axis]
-            # Points that are inside keep every digit.
-            out = (along < self.low[axis]) | (along >= self.low[axis] + self.period[axis])
-            moved = self.low[axis] + np.mod(along[out] - self.low[axis], self.period[axis])
-            along[out] = np.where(moved < self.low[axis] + self.period[axis], moved, self.low[axis])
+        inside = np.array(position, np.float64, order="C")
+        wrap_points(inside, self.low, self.period)
         return inside
 
     def tree(self, position: Float64Array) -> cKDTree:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,7 @@ MAP_REACH = 1.9
 """Reach of the map in largest radii: a sphere, its gap, and half of the widest skin."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class WallTable:
+class WallTable(NamedTuple):
     """The features that bound a group of spheres, and where the space between them wraps around.
 
     Attributes:

@@ -6,13 +6,15 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.settle import SettleStats, settle
-from packgen.arrange.projection.throw_back import squeezed_pairs, throw_back
+from packgen.arrange.projection.throw_back import spheres_to_go, throw_back
 from packgen.arrange.space.seams import Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
+from packgen.portable import octaves
 from tests.seeds import raised
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -188,16 +190,37 @@ def test_large_spheres_that_touch_are_thrown_back_singly_despite_small_ones_betw
     assert np.flatnonzero(crowd.out).tolist() == [0]
 
 
-def test_squeezed_pairs_are_those_nearer_than_two_sums_of_radii():
-    rng = np.random.default_rng(3)
-    position, radius = rng.random((300, 3)), rng.choice([0.004, 0.007, 0.01, 0.03, 0.08], 300)
-    first, second = squeezed_pairs(position, radius)
-    distance = np.linalg.norm(position[:, None] - position, axis=2)
-    near = np.triu(distance <= 2.0 * (radius[:, None] + radius), 1)
-    found = np.stack([np.minimum(first, second), np.maximum(first, second)], axis=1)
-    assert len(found) == near.sum() > 300
-    assert near[tuple(found.T)].all()
-    assert len(np.unique(found, axis=0)) == len(found)
+def worst_by_tree(position, radius, blame, limit, most):
+    """Who goes, by scipy's trees and sorting: octave by octave of radius, of equals the first."""
+    out = np.flatnonzero(blame > limit)
+    octave = octaves(radius[out].max() / radius[out], slack=0.0)
+    first, second = cKDTree(position[out]).query_pairs(4.0 * radius[out].max(), output_type="ndarray").T
+    first, second = (
+        np.where(octave[first] <= octave[second], first, second),
+        np.where(octave[first] <= octave[second], second, first),
+    )
+    distance = np.linalg.norm(position[out[first]] - position[out[second]], axis=1)
+    near = distance <= 2.0 * (radius[out[first]] + radius[out[second]])
+    worst = np.ones(len(out), bool)
+    worst[np.where(blame[out[first]] < blame[out[second]], first, second)[near]] = False
+    out = out[worst]
+    return np.sort(out[np.argsort(-blame[out], kind="stable")[:most]]).tolist()
+
+
+@pytest.mark.parametrize("count", [1, 2, 40, 600])
+@pytest.mark.parametrize("radii", [(1.0,), (0.004, 0.007, 0.01, 0.03, 0.08)])
+@pytest.mark.parametrize("levels", [3, 1000])
+def test_who_is_thrown_back_is_what_trees_and_sorting_say(count, radii, levels):
+    rng = np.random.default_rng(count)
+    radius = 0.02 * np.array(radii)[rng.integers(0, len(radii), count)] / max(radii)
+    position = np.round(rng.random((count, 3)), 2)
+    blame = rng.integers(0, levels, count) / levels  # many are blamed alike
+    blame[0] = 0.9
+    for limit in (0.0, 0.3, 0.8):
+        for most in (1, 7, 1000):
+            chosen = spheres_to_go(np.column_stack([position, radius]), blame, limit, most)
+            expected = worst_by_tree(position, radius, blame, limit, most)
+            assert np.flatnonzero(chosen).tolist() == expected
 
 
 def test_with_a_sphere_its_whole_body_is_thrown_back():
