@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from packgen.arrange.neighbors.list_kernels import (
     CellStarts,
@@ -14,9 +13,10 @@ from packgen.arrange.neighbors.list_kernels import (
     level_grids,
 )
 from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.compiled import inner_loop, loop
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@loop
 def list_pairs(
     ball: Float64Array, reach: Float64Array, moving: int, neighbor: Int32Array
 ) -> tuple[Int64Array, SortedSpheres, Pairs]:
@@ -26,7 +26,7 @@ def list_pairs(
         ball: Centres and radii [m], shape (N, 4).
         reach: A pair is listed when closer than the sum of these [m], shape (N,).
         moving: The first so many spheres move; pairs of two others are left out.
-        neighbor: Array for the list, at least one entry; where it is too short a longer one takes its place.
+        neighbor: Array for the list; where it is too short a longer one takes its place.
 
     Returns:
         (place of each sorted sphere among those given, shape (N,); the spheres, sorted; their pairs).
@@ -40,7 +40,8 @@ def list_pairs(
     for i in range(count):
         place = order_moving[i] if i < moving else moving + order_fixed[i - moving]
         order[i] = place
-        spheres.ball[i] = ball[place]
+        for axis in range(4):
+            spheres.ball[i, axis] = ball[place, axis]
         spheres.reach[i], spheres.level[i] = reach[place], level[place]
     begin = np.empty((moving if len(grids.size) == 1 else count) + 1, np.int64)
     starts = CellStarts(start_moving, start_fixed)
@@ -48,10 +49,10 @@ def list_pairs(
         total = fill_list(spheres, moving, grids, starts, begin, neighbor)
         if total >= 0:
             return order, spheres, Pairs(owners(begin), neighbor)
-        neighbor = np.empty(2 * len(neighbor), np.int32)
+        neighbor = np.empty(max(2 * len(neighbor), 24 * count + 4096), np.int32)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner_loop
 def owners(begin: Int64Array) -> Int32Array:
     """Return the owner of each pair, shape (P,), of the first pair of each owner, shape (owners + 1,)."""
     owner = np.empty(begin[-1], np.int32)

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from packgen.arrange.neighbors.listing import list_pairs
-from packgen.arrange.projection.layer import Layer
-from packgen.arrange.projection.recipe import Recipe
-from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
-from packgen.bodies import touched_bodies
+from packgen.arrays import BoolArray, Float64Array, Int64Array
+from packgen.compiled import inner_loop, loop
 
 SQUEEZED = 2.0
 """Spheres nearer than so many sums of their radii are squeezed together."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@loop
 def spheres_to_go(ball: Float64Array, blame: Float64Array, limit: float, most: int) -> BoolArray:
     """Return which spheres of a layer have to go, as they overlap by more than a limit.
 
@@ -27,7 +24,8 @@ def spheres_to_go(ball: Float64Array, blame: Float64Array, limit: float, most: i
         ball: Centres and radii of the moving spheres [m], shape (moving, 4); NaN was taken out.
         blame: Overlap that each is blamed for, as a fraction of the smaller radius, shape (moving,).
         limit: Overlap above which a sphere has to go, at least 0.
-        most: Of more than so many the most blamed go.
+        most: Of more than so many the most blamed go: in an overfull layer most spheres overlap, yet removing
+            a few is enough.
 
     Returns:
         Which, shape (moving,).
@@ -48,7 +46,7 @@ def spheres_to_go(ball: Float64Array, blame: Float64Array, limit: float, most: i
     return chosen
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner_loop
 def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array) -> Int64Array:
     """Return the spheres without a worse one squeezed against them.
 
@@ -66,7 +64,8 @@ def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array)
     count = len(blamed)
     group, largest = np.empty((count, 4)), 0.0
     for k in range(count):
-        group[k] = ball[blamed[k]]
+        for axis in range(4):
+            group[k, axis] = ball[blamed[k], axis]
         largest = max(largest, group[k, 3])
     octave = np.zeros(count, np.int64)
     reach = np.empty(count)
@@ -77,7 +76,7 @@ def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array)
             octave[k] += 1
         # A little farther than what counts: the list rounds differently.
         reach[k] = SQUEEZED * (1.0 + 1e-9) * group[k, 3]
-    order, _, pairs = list_pairs(group, reach, count, np.empty(8 * count + 64, np.int32))
+    order, _, pairs = list_pairs(group, reach, count, np.empty(0, np.int32))
     beaten = np.zeros(count, np.bool_)
     for k in range(len(pairs.owner)):
         a, b = order[pairs.owner[k]], order[pairs.neighbor[k]]
@@ -87,10 +86,15 @@ def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array)
         one, other = blame[blamed[a]], blame[blamed[b]]
         b_is_less = octave[a] < octave[b] if octave[a] != octave[b] else a < b
         beaten[b if one > other or (one == other and b_is_less) else a] = True
-    return blamed[~beaten]
+    left = 0
+    worst = np.empty(count, np.int64)
+    for k in range(count):
+        worst[left] = blamed[k]
+        left += not beaten[k]
+    return worst[:left]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner_loop
 def cut(blame: Float64Array, worst: Int64Array, most: int) -> tuple[float, int]:
     """Return the least blame of the ``most`` most blamed, and how many of that blame are among them.
 
@@ -120,30 +124,3 @@ def cut(blame: Float64Array, worst: Int64Array, most: int) -> tuple[float, int]:
             low = middle
         else:
             high, above = middle, count
-
-
-def throw_back(
-    layer: Layer, blame: Float64Array, limit: float, recipe: Recipe, body_index: Int32Array | None = None
-) -> int:
-    """Take spheres out of the layer that overlap by more than a limit, and with each its whole body.
-
-    Args:
-        layer: The layer.
-        blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (moving,).
-        limit: Overlap above which a sphere has to go.
-        recipe: Constants.
-        body_index: Body of each sphere in the order in which the layer was given them; None: each sphere is a
-            body.
-
-    Returns:
-        How many were taken out.
-    """
-    # In an overfull layer most spheres overlap, yet removing a few is enough: remove at most `throw_share` at
-    # a time.
-    most = math.ceil(recipe.throw_share * layer.moving)
-    ball = np.column_stack([layer.positions(), layer.radii()])
-    chosen: BoolArray = spheres_to_go(ball, blame, limit, most)
-    if body_index is not None:
-        chosen = touched_bodies(chosen, body_index[layer.identity])
-    layer.take_out(chosen)
-    return int(chosen.sum())

@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from packgen.arrange.space.feature_kernels import (
@@ -17,6 +16,7 @@ from packgen.arrange.space.feature_kernels import (
     out_of_reach,
     wall_gap,
 )
+from packgen.compiled import inlined, inner_loop, loop
 
 PIECE = 6.0
 """Triangles are looked at in pieces of at most so many cells: the box around a long one is mostly empty."""
@@ -68,7 +68,7 @@ class WallList(NamedTuple):
     room: NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner_loop
 def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.float64]) -> bool:
     """Halve a triangle across its longest edge where that is longer than allowed: one half in place."""
     longest, turn = 0.0, 0
@@ -90,7 +90,7 @@ def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.flo
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner_loop
 def next_piece(
     stack: NDArray[np.float64],
     depth: int,
@@ -132,7 +132,7 @@ def next_piece(
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@loop
 def map_triangles(  # type: ignore[no-untyped-def]
     corner: NDArray[np.float64],
     grid: Grid,
@@ -209,7 +209,7 @@ def map_triangles(  # type: ignore[no-untyped-def]
     return start, item
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@loop
 def merged_maps(  # type: ignore[no-untyped-def]
     start: NDArray[np.int32],
     item: NDArray[np.int32],
@@ -230,7 +230,7 @@ def merged_maps(  # type: ignore[no-untyped-def]
     return both, joined
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@loop
 def map_features(  # type: ignore[no-untyped-def]
     features: Features,
     grid: Grid,
@@ -294,7 +294,7 @@ def map_features(  # type: ignore[no-untyped-def]
     return start, item
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     """Return the cell that a point lies in; the nearest one of a point outside of the grid."""
     cx = min(max(int((x - grid.origin[0]) / grid.size), 0), grid.cells[0] - 1)
@@ -303,7 +303,7 @@ def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     return int((cz * grid.cells[1] + cy) * grid.cells[0] + cx)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@loop
 def least_gap(
     position: NDArray[np.float64], radius: float, features: Features, near: FeatureMap
 ) -> NDArray[np.float64]:
@@ -320,7 +320,7 @@ def least_gap(
     return gap
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner_loop
 def wall_candidates(
     ball: NDArray[np.float64],
     margin: NDArray[np.float64],

@@ -10,7 +10,8 @@ from scipy.spatial import cKDTree
 
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.settle import SettleStats, settle
-from packgen.arrange.projection.throw_back import spheres_to_go, throw_back
+from packgen.arrange.projection.stepwise import throw_back
+from packgen.arrange.projection.throw_back import spheres_to_go
 from packgen.arrange.space.seams import Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
@@ -150,6 +151,9 @@ def test_plain_torch_settles_as_well(sink):
     assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
 
 
+SINGLE = np.empty(0, np.int64)  # each sphere is a body
+
+
 class Crowd:
     """As much of a layer as throwing back needs."""
 
@@ -171,14 +175,12 @@ class Crowd:
 def test_of_spheres_squeezed_together_only_the_worst_is_thrown_back():
     crowd = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0], [3.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0]]))
     blame = np.array([0.2, 0.3, 0.1, 0.05, 0.001])
-    recipe = dataclasses.replace(Recipe(), throw_share=1.0)
-    assert throw_back(crowd, blame, 0.01, recipe) == 2
+    assert throw_back(crowd, blame, 0.01, 1.0, SINGLE) == 2
     assert np.flatnonzero(crowd.out).tolist() == [1, 3]
-    few = dataclasses.replace(recipe, throw_share=0.2)
-    assert throw_back(crowd, blame, 0.01, few) == 1
+    assert throw_back(crowd, blame, 0.01, 0.2, SINGLE) == 1
     assert np.flatnonzero(crowd.out).tolist() == [1]
     alike = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0]]))
-    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, recipe) == 1
+    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, 1.0, SINGLE) == 1
 
 
 def test_large_spheres_that_touch_are_thrown_back_singly_despite_small_ones_between():
@@ -186,7 +188,7 @@ def test_large_spheres_that_touch_are_thrown_back_singly_despite_small_ones_betw
     crowd = Crowd(position, np.where(position[:, 0] < 500.0, 10.0, 1.0))
     blame = np.zeros(52)
     blame[:2] = 0.2, 0.1
-    assert throw_back(crowd, blame, 0.01, Recipe()) == 1
+    assert throw_back(crowd, blame, 0.01, 0.05, SINGLE) == 1
     assert np.flatnonzero(crowd.out).tolist() == [0]
 
 
@@ -225,10 +227,10 @@ def test_who_is_thrown_back_is_what_trees_and_sorting_say(count, radii, levels):
 
 def test_with_a_sphere_its_whole_body_is_thrown_back():
     crowd = Crowd(np.array([[0.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0], [90.0, 0, 0]]))
-    blame, recipe = np.array([0.0, 0.2, 0.0, 0.0]), dataclasses.replace(Recipe(), throw_share=1.0)
+    blame = np.array([0.0, 0.2, 0.0, 0.0])
     # The layer's own order is not that in which the bodies were given.
     crowd.identity = np.array([3, 0, 1, 2])
-    assert throw_back(crowd, blame, 0.01, recipe, np.array([7, 4, 4, 7], np.int32)) == 2
+    assert throw_back(crowd, blame, 0.01, 1.0, np.array([1, 0, 0, 1])) == 2
     assert np.flatnonzero(crowd.out).tolist() == [0, 1]
 
 
