@@ -157,23 +157,19 @@ def level_grids(  # type: ignore[no-untyped-def]
 
 @inner_loop
 def cell_keys(  # type: ignore[no-untyped-def]
-    ball: NDArray[np.float64],
-    level: NDArray[np.int8],
-    grids: LevelGrids,
-    begin: int,
-    end: int,
+    ball: NDArray[np.float64], level: NDArray[np.int8], grids: LevelGrids
 ):
-    """Return (first slot of each cell, order by cell) of the spheres in ``begin:end``, counted from there."""
+    """Return (first slot of each cell, order by cell) of spheres (N, 4) of some levels (N,)."""
     box, _, size, cells, first = grids
-    count = end - begin
+    count = len(ball)
     key = np.empty(count, np.int32)
     start = np.zeros(first[-1] + 1, np.int32)
     for i in range(count):
-        grade = level[begin + i]
+        grade = level[i]
         inverse = 1.0 / size[grade]
-        cx = int((ball[begin + i, 0] - box[0]) * (inverse * SLICES))
-        cy = int((ball[begin + i, 1] - box[1]) * inverse)
-        cz = int((ball[begin + i, 2] - box[2]) * inverse)
+        cx = int((ball[i, 0] - box[0]) * (inverse * SLICES))
+        cy = int((ball[i, 1] - box[1]) * inverse)
+        cz = int((ball[i, 2] - box[2]) * inverse)
         key[i] = first[grade] + (cz * cells[grade, 1] + cy) * cells[grade, 0] + cx
         start[key[i] + 1] += 1
     for cell in range(first[-1]):

@@ -33,8 +33,8 @@ def list_pairs(
     """
     count = len(ball)
     grids, level = level_grids(ball, reach)
-    start_moving, order_moving = cell_keys(ball, level, grids, 0, moving)
-    start_fixed, order_fixed = cell_keys(ball, level, grids, moving, count)
+    start_moving, order_moving = cell_keys(ball[:moving], level[:moving], grids)
+    start_fixed, order_fixed = cell_keys(ball[moving:], level[moving:], grids)
     order = np.empty(count, np.int64)
     spheres = SortedSpheres(np.empty((count, 4)), np.empty(count), np.empty(count, np.int8))
     for i in range(count):

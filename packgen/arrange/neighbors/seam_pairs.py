@@ -26,12 +26,6 @@ class SeamPairs(NamedTuple):
     offset: Float64Array
 
 
-@inner_loop
-def no_pairs() -> SeamPairs:
-    """Return an empty list of pairs."""
-    return SeamPairs(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3)))
-
-
 @inlined
 def near_side(along: float, longest: float, period: float, step: int) -> bool:
     """Tell whether an image, ``step`` periods away, of a sphere near the side it leaves can touch the box.
@@ -88,7 +82,7 @@ def images(ball: Float64Array, reach: Float64Array, seams: Seams) -> tuple[Int64
     return sphere[:total], shift[:total]
 
 
-@loop
+@inlined
 def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seams) -> SeamPairs:
     """List the pairs that are close across a seam.
 
@@ -105,7 +99,7 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
     partner = near_seams(ball, reach, seams)
     split = len(image)
     if split == 0:
-        return no_pairs()
+        return SeamPairs(np.empty(split, np.int32), np.empty(split, np.int32), np.empty((split, 3)))
     both, reaches = np.empty((split + len(partner), 4)), np.empty(split + len(partner))
     for k in range(len(both)):
         i = image[k] if k < split else partner[k - split]

@@ -29,7 +29,7 @@ from packgen.arrange.projection.sweep_kernels import (
 from packgen.arrange.projection.throw_back import spheres_to_go
 from packgen.arrange.space.seams import is_periodic, wrapped_coordinate
 from packgen.arrange.space.walls import WallTable, walls_in_reach
-from packgen.compiled import inner_loop, loop
+from packgen.compiled import inlined, inner_loop, loop
 
 
 @loop
@@ -73,7 +73,7 @@ def rebuilt(  # type: ignore[no-untyped-def]
     return spheres, Lists(pairs, seam, near, anchor, work)
 
 
-@inner_loop
+@inlined
 def of_two_bodies(  # type: ignore[no-untyped-def]
     pairs: Pairs, seam: SeamPairs, spheres: LayerSpheres
 ):

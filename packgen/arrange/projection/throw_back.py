@@ -8,13 +8,13 @@ import numpy as np
 
 from packgen.arrange.neighbors.listing import list_pairs
 from packgen.arrays import BoolArray, Float64Array, Int64Array
-from packgen.compiled import inner_loop, loop
+from packgen.compiled import inlined, inner_loop
 
 SQUEEZED = 2.0
 """Spheres nearer than so many sums of their radii are squeezed together."""
 
 
-@loop
+@inlined
 def spheres_to_go(ball: Float64Array, blame: Float64Array, limit: float, most: int) -> BoolArray:
     """Return which spheres of a layer have to go, as they overlap by more than a limit.
 
@@ -46,7 +46,7 @@ def spheres_to_go(ball: Float64Array, blame: Float64Array, limit: float, most: i
     return chosen
 
 
-@inner_loop
+@inlined
 def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array) -> Int64Array:
     """Return the spheres without a worse one squeezed against them.
 

@@ -29,7 +29,7 @@ from packgen.arrange.space.map_kernels import (
 )
 from packgen.arrange.space.seams import NO_SEAMS, Seams
 from packgen.arrays import Float64Array, unique_rows
-from packgen.compiled import loop
+from packgen.compiled import inlined
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 from packgen.portable import cube_root
 
@@ -88,7 +88,7 @@ def wall_table(
     return WallTable(Features(kind, row), FeatureMap(grid, start, item), reach, seams)
 
 
-@loop
+@inlined
 def walls_in_reach(ball: Float64Array, margin: Float64Array, walls: WallTable, before: WallList) -> WallList:
     """List the wall features that each moving sphere can reach before the next rebuild.
 
