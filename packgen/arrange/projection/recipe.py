@@ -12,8 +12,8 @@ import numpy as np
 from packgen.arrays import BoolArray, Float64Array
 from packgen.portable import log, power, scalar_power
 
-SWEEPS_MAX = 512
-"""Sweeps of one schedule."""
+SWEEPS_MAX = 320
+"""Sweeps of one schedule: as many as most layers take."""
 
 FRICTION_USUAL = 1.0 / 3.0
 """Friction from which on all spheres are arranged alike; smoother ones are arranged more densely."""

@@ -20,7 +20,7 @@ from packgen.bodies import whole_bodies
 from packgen.portable import cube, whole_power
 
 STEPS_MAX = 2_000_000
-"""Spheres times sweeps of one schedule: a tenth of a second."""
+"""Spheres times sweeps of one run of the compiled loop, a tenth of a second: a signal waits for its end."""
 
 
 @dataclass(slots=True)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from packgen.arrange.projection.numba_layer import FusedLayer
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.settle import SettleStats, settle
 from packgen.arrange.projection.stepwise import throw_back
@@ -94,6 +95,24 @@ def test_the_same_start_gives_the_same_end_bit_for_bit():
     first, second = (settle(crowd(200), 200, CUBE, DOWN, Recipe()) for _ in range(2))
     assert np.array_equal(first[0], second[0])
     assert np.array_equal(first[1], second[1])
+
+
+def test_a_layer_that_gives_signals_their_turn_ever_so_often_is_the_same_one(monkeypatch):
+    whole = settle(crowd(200), 200, CUBE, DOWN, Recipe())
+    lengths, run = [], FusedLayer.run
+
+    def counted(layer, down, schedule, strays):
+        lengths.append(len(schedule.fall))
+        return run(layer, down, schedule, strays)
+
+    monkeypatch.setattr(FusedLayer, "run", counted)
+    monkeypatch.setattr("packgen.arrange.projection.settle.STEPS_MAX", 1400)
+    stats = SettleStats()
+    in_turns = settle(crowd(200), 200, CUBE, DOWN, Recipe(), stats)
+    assert max(lengths) == 7
+    assert sum(lengths) >= stats.sweeps > 100
+    assert np.array_equal(whole[0], in_turns[0])
+    assert np.array_equal(whole[1], in_turns[1])
 
 
 def test_without_sinking_spheres_that_touch_nothing_stay_where_they_are():
