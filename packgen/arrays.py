@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -39,25 +38,6 @@ def read_only(value: Any, dtype: type[np.generic], shape: tuple[int | None, ...]
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def filled(
-    kernel: Callable[..., int], *arguments: Any, out: tuple[NDArray[Any], ...]
-) -> tuple[NDArray[Any], ...]:
-    """Run a loop that fills lists of unknown length, again with longer ones as often as they are too short.
-
-    Args:
-        kernel: The loop; takes the arguments, then the lists, and returns a negative number where these are
-            too short.
-        arguments: What it takes before the lists.
-        out: Lists to begin with, each of shape (L,), L at least 1.
-
-    Returns:
-        The lists that it filled, each of them of shape (L 2^k,).
-    """
-    while kernel(*arguments, *out) < 0:
-        out = tuple(np.empty(2 * len(each), each.dtype) for each in out)
-    return out
 
 
 def unique_rows(rows: Float64Array | Int64Array) -> tuple[Int64Array, Int64Array]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from packgen.arrays import BoolArray, Int32Array, Int64Array, distinct
 
-__all__ = ["are_in_rows", "body_starts", "in_two_bodies", "joined_bodies", "touched_bodies", "whole_bodies"]
+__all__ = ["are_in_rows", "body_starts", "joined_bodies", "touched_bodies", "whole_bodies"]
 
 
 def body_starts(body_index: Int32Array) -> Int64Array:
@@ -58,23 +58,6 @@ def touched_bodies(chosen: BoolArray, body_index: Int32Array | None) -> BoolArra
         The chosen spheres and all others of their bodies, shape (N,), bool; ``chosen`` itself for None.
     """
     return chosen if body_index is None else np.isin(body_index, body_index[chosen])
-
-
-def in_two_bodies(
-    first: Int32Array | Int64Array, second: Int32Array | Int64Array, body_index: Int32Array | Int64Array
-) -> BoolArray:
-    """Return which pairs of spheres belong to two bodies.
-
-    Args:
-        first: One sphere of each pair, shape (P,).
-        second: The other one, shape (P,).
-        body_index: Body of each sphere, shape (N,).
-
-    Returns:
-        False where both are of one body, shape (P,), bool.
-    """
-    apart: BoolArray = body_index[first] != body_index[second]
-    return apart
 
 
 def joined_bodies(parts: Sequence[Int32Array | None], counts: Sequence[int]) -> Int32Array | None:

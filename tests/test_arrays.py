@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from packgen.arrays import add_at, distinct, filled, read_only
+from packgen.arrays import add_at, distinct, read_only
 
 
 @pytest.mark.parametrize("index", [[], [3], [7, 3, 3, 9], [0, 9]], ids=str)
@@ -32,21 +32,3 @@ def test_what_is_read_only_cannot_be_written_and_has_the_shape_it_says():
         array[0, 0] = 5.0
     with pytest.raises(ValueError, match=r"bed.position: shape \(2,\), expected \('any', 3\)"):
         read_only([1, 2], np.float64, (None, 3), "bed.position")
-
-
-def test_a_list_grows_until_all_of_them_fit():
-    def count_up(wanted, numbers, squares):
-        if len(numbers) < wanted:
-            return -1
-        numbers[:wanted] = np.arange(wanted)
-        squares[:wanted] = numbers[:wanted] ** 2.0
-        return wanted
-
-    numbers, squares = filled(count_up, 5, out=(np.empty(2, np.int32), np.empty(2)))
-    assert (len(numbers), numbers.dtype, len(squares), squares.dtype) == (8, np.int32, 8, np.float64)
-    assert squares[:5].tolist() == [0.0, 1.0, 4.0, 9.0, 16.0]
-
-
-def test_a_list_that_is_long_enough_is_written_over():
-    numbers = np.zeros(3, np.int32)
-    assert filled(lambda out: 0, out=(numbers,))[0] is numbers

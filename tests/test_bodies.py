@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from packgen.bodies import (
     are_in_rows,
     body_starts,
-    in_two_bodies,
     joined_bodies,
     touched_bodies,
     whole_bodies,
@@ -44,11 +43,6 @@ def test_bodies_begin_where_the_number_changes_and_none_may_come_again():
     assert body_starts(index()).tolist() == []
     assert are_in_rows(index(4, 4, 2, 7))
     assert not are_in_rows(index(4, 2, 4))
-
-
-def test_pairs_of_one_body_are_told_from_those_of_two():
-    body = index(0, 0, 1)
-    assert in_two_bodies(np.array([0, 0, 1]), np.array([1, 2, 2]), body).tolist() == [False, True, True]
 
 
 def test_parts_keep_their_numbers_unless_they_meet():

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from packgen.compiled import loop
 
-@njit(cache=True, error_model="numpy")
+
+@loop
 def winding_numbers(corner: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how often a surface winds around each point: the sum of its solid angles over 4 pi.
 

@@ -11,8 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from packgen.compiled import inlined, inner_loop
 
 LEVELS_MAX = 40
 
@@ -79,7 +80,7 @@ class Pairs(NamedTuple):
     neighbor: NDArray[np.int32]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def bounding_box(ball: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """Return lowest and highest centre coordinates and the largest radius, shape (7,)."""
     box = np.empty(7)
@@ -95,7 +96,7 @@ def bounding_box(ball: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     return box
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def level_grids(  # type: ignore[no-untyped-def]
     ball: NDArray[np.float64], reach: NDArray[np.float64]
 ):
@@ -154,25 +155,21 @@ def level_grids(  # type: ignore[no-untyped-def]
     return LevelGrids(box, reaches[:levels], size, cells, first), level
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def cell_keys(  # type: ignore[no-untyped-def]
-    ball: NDArray[np.float64],
-    level: NDArray[np.int8],
-    grids: LevelGrids,
-    begin: int,
-    end: int,
+    ball: NDArray[np.float64], level: NDArray[np.int8], grids: LevelGrids
 ):
-    """Return (first slot of each cell, order by cell) of the spheres in ``begin:end``, counted from there."""
+    """Return (first slot of each cell, order by cell) of spheres (N, 4) of some levels (N,)."""
     box, _, size, cells, first = grids
-    count = end - begin
+    count = len(ball)
     key = np.empty(count, np.int32)
     start = np.zeros(first[-1] + 1, np.int32)
     for i in range(count):
-        grade = level[begin + i]
+        grade = level[i]
         inverse = 1.0 / size[grade]
-        cx = int((ball[begin + i, 0] - box[0]) * (inverse * SLICES))
-        cy = int((ball[begin + i, 1] - box[1]) * inverse)
-        cz = int((ball[begin + i, 2] - box[2]) * inverse)
+        cx = int((ball[i, 0] - box[0]) * (inverse * SLICES))
+        cy = int((ball[i, 1] - box[1]) * inverse)
+        cz = int((ball[i, 2] - box[2]) * inverse)
         key[i] = first[grade] + (cz * cells[grade, 1] + cy) * cells[grade, 0] + cx
         start[key[i] + 1] += 1
     for cell in range(first[-1]):
@@ -185,7 +182,7 @@ def cell_keys(  # type: ignore[no-untyped-def]
     return start, order
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def append_range(  # type: ignore[no-untyped-def]
     ball: NDArray[np.float64],
     reach: NDArray[np.float64],
@@ -208,13 +205,13 @@ def append_range(  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def beyond(value: float, low: float, width: float) -> float:
     """Return how far a coordinate is outside of ``low`` to ``low + width``, 0 inside."""
     return max(low - value, value - low - width, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def fill_list(
     spheres: SortedSpheres,
     moving: int,
@@ -296,7 +293,7 @@ def fill_list(
     return total
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def cell_range(value: float, reach: float, inverse: float, count: int) -> tuple[int, int]:
     """Return the first and last of ``count`` cells within a reach of a coordinate."""
     return max(int((value - reach) * inverse), 0), min(int((value + reach) * inverse), count - 1)

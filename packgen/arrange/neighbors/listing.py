@@ -12,11 +12,13 @@ from packgen.arrange.neighbors.list_kernels import (
     fill_list,
     level_grids,
 )
-from packgen.arrays import Float64Array, Int32Array, Int64Array, filled
+from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.compiled import inner_loop, loop
 
 
+@loop
 def list_pairs(
-    ball: Float64Array, reach: Float64Array, moving: int, neighbor: Int32Array | None = None
+    ball: Float64Array, reach: Float64Array, moving: int, neighbor: Int32Array
 ) -> tuple[Int64Array, SortedSpheres, Pairs]:
     """Sort spheres by cell and list the pairs that are close.
 
@@ -24,21 +26,37 @@ def list_pairs(
         ball: Centres and radii [m], shape (N, 4).
         reach: A pair is listed when closer than the sum of these [m], shape (N,).
         moving: Number of spheres that move, which come first; pairs of two others are left out.
-        neighbor: Array of an earlier list to write over; None: there is none.
+        neighbor: Array for the list; where it is too short a longer one takes its place.
 
     Returns:
         (place of each sorted sphere among those given, shape (N,); the spheres, sorted; their pairs).
     """
+    count = len(ball)
     grids, level = level_grids(ball, reach)
-    start_moving, order = cell_keys(ball, level, grids, 0, moving)
-    start_fixed, order_fixed = cell_keys(ball, level, grids, moving, len(ball))
-    order = np.concatenate([order, moving + order_fixed]).astype(np.int64)
-    spheres = SortedSpheres(ball.take(order, axis=0), reach.take(order), level.take(order))
-    owners = moving if len(grids.size) == 1 else len(ball)
-    begin = np.empty(owners + 1, np.int64)
-    if neighbor is None:
-        neighbor = np.empty(24 * len(ball) + 4096, np.int32)
+    start_moving, order_moving = cell_keys(ball[:moving], level[:moving], grids)
+    start_fixed, order_fixed = cell_keys(ball[moving:], level[moving:], grids)
+    order = np.empty(count, np.int64)
+    spheres = SortedSpheres(np.empty((count, 4)), np.empty(count), np.empty(count, np.int8))
+    for i in range(count):
+        place = order_moving[i] if i < moving else moving + order_fixed[i - moving]
+        order[i] = place
+        for axis in range(4):
+            spheres.ball[i, axis] = ball[place, axis]
+        spheres.reach[i], spheres.level[i] = reach[place], level[place]
+    begin = np.empty((moving if len(grids.size) == 1 else count) + 1, np.int64)
     starts = CellStarts(start_moving, start_fixed)
-    (neighbor,) = filled(fill_list, spheres, moving, grids, starts, begin, out=(neighbor,))
-    owner = np.repeat(np.arange(owners, dtype=np.int32), np.diff(begin))
-    return order, spheres, Pairs(owner, neighbor)
+    while True:
+        total = fill_list(spheres, moving, grids, starts, begin, neighbor)
+        if total >= 0:
+            return order, spheres, Pairs(owners(begin), neighbor)
+        neighbor = np.empty(max(2 * len(neighbor), 24 * count + 4096), np.int32)
+
+
+@inner_loop
+def owners(begin: Int64Array) -> Int32Array:
+    """Return the owner of each pair, shape (P,), of the first pair of each owner, shape (owners + 1,)."""
+    owner = np.empty(begin[-1], np.int32)
+    for i in range(len(begin) - 1):
+        for k in range(begin[i], begin[i + 1]):
+            owner[k] = i
+    return owner

@@ -6,8 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from packgen.compiled import loop
 
 POINTS_A_CELL = 4.0
 
@@ -34,7 +35,7 @@ class PointGrid(NamedTuple):
     order: NDArray[np.int64]
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def point_grid(
     points: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]
 ) -> PointGrid:
@@ -83,7 +84,7 @@ def point_grid(
     return PointGrid(points, period, corner, size, cells, start, order)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def mark_near(center: NDArray[np.float64], reach: float, grid: PointGrid, mark: NDArray[np.bool_]) -> None:
     """Mark the points of a grid, shape (P,), that are closer to a centre, shape (3,), than a reach [m]."""
     points, period, corner, size, cells, start, order = grid
@@ -112,7 +113,7 @@ def mark_near(center: NDArray[np.float64], reach: float, grid: PointGrid, mark: 
                         mark[p] = True
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def close_points(
     position: NDArray[np.float64],
     reach: NDArray[np.float64],
@@ -124,7 +125,7 @@ def close_points(
         mark_near(position[i], reach[i], grid, closed)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def pick_apart(
     candidates: NDArray[np.int64], wanted: int, apart: float, grid: PointGrid
 ) -> NDArray[np.int64]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from packgen.arrange.neighbors.listing import list_pairs
 from packgen.arrange.space.seams import Seams
 from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.compiled import inlined, inner_loop, loop
 
 
 class SeamPairs(NamedTuple):
@@ -26,11 +26,31 @@ class SeamPairs(NamedTuple):
     offset: Float64Array
 
 
-def no_pairs() -> SeamPairs:
-    """Return an empty list of pairs."""
-    return SeamPairs(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 3)))
+@inlined
+def near_side(along: float, longest: float, period: float, step: int) -> bool:
+    """Tell whether an image, ``step`` periods away, of a sphere near the side it leaves can touch the box.
+
+    Args:
+        along: From the lower side to the sphere's centre [m].
+        longest: Reach of the sphere and the farthest-reaching one [m].
+        period: Length of the box [m].
+        step: -1, 0 or 1.
+    """
+    if step == 0:
+        return True
+    return along < longest if step > 0 else along > period - longest
 
 
+@inlined
+def largest(reach: Float64Array) -> float:
+    """Return the largest reach, shape (N,); 0 of none."""
+    farthest = 0.0
+    for i in range(len(reach)):
+        farthest = max(farthest, reach[i])
+    return farthest
+
+
+@loop
 def images(ball: Float64Array, reach: Float64Array, seams: Seams) -> tuple[Int64Array, Float64Array]:
     """Return the images that spheres of the box can meet in one half of all directions.
 
@@ -38,35 +58,37 @@ def images(ball: Float64Array, reach: Float64Array, seams: Seams) -> tuple[Int64
 
     Args:
         ball: Centres in the box and radii [m], shape (N, 4).
-        reach: Spheres closer than the sum of these count as close [m], shape (N,).
+        reach: Spheres closer than the sum of these count as close [m], shape (N,), N at least 1.
         seams: The periods.
 
     Returns:
         (sphere of each image, shape (M,); its shift [m], shape (M, 3)).
     """
-    longest = (reach + reach.max(initial=0.0))[:, None]
-    from_low = ball[:, :3] - seams.low
-    below, above = from_low < longest, from_low > seams.period - longest
-    spheres, shifts = [np.empty(0, np.int64)], [np.empty((0, 3))]
-    for steps in product(*[(-1, 0, 1) if period else (0,) for period in seams.period]):
-        if steps <= (0, 0, 0):
-            continue
-        near = np.ones(len(ball), bool)
-        for axis, step in enumerate(steps):
-            if step:
-                near &= below[:, axis] if step > 0 else above[:, axis]
-        chosen = np.flatnonzero(near)
-        spheres.append(chosen)
-        shifts.append(np.broadcast_to(np.array(steps) * seams.period, (len(chosen), 3)))
-    return np.concatenate(spheres), np.concatenate(shifts)
+    low, period = seams
+    farthest, count, total = largest(reach), len(ball), 0
+    sphere, shift = np.empty(13 * count, np.int64), np.empty((13 * count, 3))
+    for number in range(14, 27):  # of the 27 steps (-1, -1, -1) to (1, 1, 1) those after (0, 0, 0)
+        steps = (number // 9 - 1, number // 3 % 3 - 1, number % 3 - 1)
+        wraps = True
+        for axis in range(3):
+            wraps &= steps[axis] == 0 or period[axis] > 0.0
+        for i in range(count if wraps else 0):
+            longest, near = reach[i] + farthest, True
+            for axis in range(3):
+                near &= near_side(ball[i, axis] - low[axis], longest, period[axis], steps[axis])
+                shift[total, axis] = steps[axis] * period[axis]
+            sphere[total] = i
+            total += near
+    return sphere[:total], shift[:total]
 
 
+@inlined
 def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seams) -> SeamPairs:
     """List the pairs that are close across a seam.
 
     Args:
         ball: Centres in the box and radii [m], shape (N, 4).
-        reach: A pair is listed when closer than the sum of these [m], shape (N,).
+        reach: A pair is listed when closer than the sum of these [m], shape (N,), N at least 1.
         moving: Number of spheres that move, which come first; pairs of two others are left out.
         seams: The periods, each more than twice as long as any pair's reach.
 
@@ -74,26 +96,46 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
         The pairs.
     """
     image, shift = images(ball, reach, seams)
-    if len(image) == 0:
-        return no_pairs()
-    longest = (reach + reach.max())[:, None]
-    from_low = ball[:, :3] - seams.low
-    near = (from_low < longest) | (from_low > seams.period - longest)
-    partner = np.flatnonzero((near & (seams.period > 0.0)).any(axis=1))
-    copies = np.column_stack([ball[image, :3] + shift, ball[image, 3]])
-    both = np.concatenate([reach[image], reach[partner]])
-    one, other = _close(np.concatenate([copies, ball[partner]]), both, len(copies))
-    first, second = partner[other], image[one]
-    wanted = (first < moving) | (second < moving)
-    return SeamPairs(
-        first[wanted].astype(np.int32), second[wanted].astype(np.int32), shift[one[wanted]].copy()
-    )
+    partner = near_seams(ball, reach, seams)
+    split = len(image)
+    if split == 0:
+        return SeamPairs(np.empty(split, np.int32), np.empty(split, np.int32), np.empty((split, 3)))
+    both, reaches = np.empty((split + len(partner), 4)), np.empty(split + len(partner))
+    for k in range(len(both)):
+        i = image[k] if k < split else partner[k - split]
+        for axis in range(3):
+            both[k, axis] = ball[i, axis] + (shift[k, axis] if k < split else 0.0)
+        both[k, 3], reaches[k] = ball[i, 3], reach[i]
+    order, _, pairs = list_pairs(both, reaches, split, np.empty(0, np.int32))
+    count, most = 0, len(pairs.owner)
+    found = SeamPairs(np.empty(most, np.int32), np.empty(most, np.int32), np.empty((most, 3)))
+    for k in range(len(pairs.owner)):
+        owner, other = pairs.owner[k], pairs.neighbor[k]
+        if (owner < split) == (other < split):
+            continue  # two images, or two spheres of the box
+        one = order[min(owner, other)]
+        first, second = partner[order[max(owner, other)] - split], image[one]
+        if first < moving or second < moving:
+            found.first[count], found.second[count] = first, second
+            for axis in range(3):
+                found.offset[count, axis] = shift[one, axis]
+            count += 1
+    return SeamPairs(found.first[:count], found.second[:count], found.offset[:count])
 
 
-def _close(ball: Float64Array, reach: Float64Array, split: int) -> tuple[Int64Array, Int64Array]:
-    """Return the pairs of one of the first ``split`` spheres and one of the others, counted from there."""
-    order, _, (owner, neighbor) = list_pairs(ball, reach, split)
-    other = neighbor[: len(owner)]
-    across = (owner < split) != (other < split)
-    low, high = np.minimum(owner, other)[across], np.maximum(owner, other)[across]
-    return order[low], order[high] - split
+@inner_loop
+def near_seams(ball: Float64Array, reach: Float64Array, seams: Seams) -> Int64Array:
+    """Return the spheres of the box near any of its seams, rising; see ``images``."""
+    low, period = seams
+    farthest, count = largest(reach), 0
+    sphere = np.empty(len(ball), np.int64)
+    for i in range(len(ball)):
+        longest, near = reach[i] + farthest, False
+        for axis in range(3):
+            if period[axis] > 0.0:
+                along = ball[i, axis] - low[axis]
+                near |= near_side(along, longest, period[axis], 1)
+                near |= near_side(along, longest, period[axis], -1)
+        sphere[count] = i
+        count += near
+    return sphere[:count]

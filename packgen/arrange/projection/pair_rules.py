@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
-from packgen.bodies import in_two_bodies
+from packgen.compiled import loop
 
 PARTING_X, PARTING_Y = 0.7548776662466927, 0.5698402909980532
 """Steps of an even sequence in the plane, by which coincident spheres part: powers of the plastic number, the
@@ -20,7 +22,8 @@ GRAIN_PUSH = 0.1
 walls must not pass one."""
 
 
-def push_weights(radius: Float64Array, moving: int, reference: float) -> Float64Array:
+@loop
+def push_weights(ball: Float64Array, moving: int, reference: float) -> Float64Array:
     """Return the weight w of each sphere in a push: of a pair, sphere i takes w_i / (w_i + w_j) of it.
 
     The weight of a moving sphere is one over its mass. A fixed sphere does not move, but a smaller one has a
@@ -30,23 +33,28 @@ def push_weights(radius: Float64Array, moving: int, reference: float) -> Float64
     their own size.
 
     Args:
-        radius: Radii [m], shape (N,), float64.
+        ball: Centres and radii [m], shape (N, 4), float64.
         moving: The first ``moving`` spheres move.
         reference: Any radius [m], to keep the numbers near one.
 
     Returns:
         Weights, shape (N,), float64; 0 for a fixed sphere as large as the largest.
     """
-    ratio = reference / radius
-    weight = ratio * ratio * ratio
-    if moving < len(radius):
-        largest = float(radius.max())
-        least = reference / largest
-        weight[moving:] = least * least * least * (largest / radius[moving:] - 1.0)
+    largest = 0.0
+    for i in range(len(ball)):
+        largest = max(largest, ball[i, 3])
+    weight = np.empty(len(ball))
+    for i in range(moving):
+        ratio = reference / ball[i, 3]
+        weight[i] = ratio * ratio * ratio
+    least = reference / largest
+    for i in range(moving, len(ball)):
+        weight[i] = least * least * least * (largest / ball[i, 3] - 1.0)
     return weight
 
 
-def list_reach(radius: Float64Array, moving: int, skin: float, reference: float) -> Float64Array:
+@loop
+def list_reach(ball: Float64Array, moving: int, skin: float, reference: float) -> Float64Array:
     """Return the reach of each sphere: its radius plus the distance it may move while the list holds [m].
 
     The margin is half the skin times sqrt(mean radius * radius). All spheres of a layer move by similar
@@ -54,7 +62,7 @@ def list_reach(radius: Float64Array, moving: int, skin: float, reference: float)
     for large ones; the square root is between.
 
     Args:
-        radius: Radii [m], shape (N,), float64.
+        ball: Centres and radii [m], shape (N, 4), float64.
         moving: The first ``moving`` spheres move; a fixed one reaches as far as its surface.
         skin: Twice the margin of a sphere of the reference radius, in units of it.
         reference: Mean radius of the moving spheres [m].
@@ -62,30 +70,67 @@ def list_reach(radius: Float64Array, moving: int, skin: float, reference: float)
     Returns:
         Reaches [m], shape (N,), float64.
     """
-    reach = radius.copy()
-    reach[:moving] += 0.5 * skin * np.sqrt(reference * radius[:moving])
+    reach = np.empty(len(ball))
+    for i in range(len(ball)):
+        reach[i] = ball[i, 3]
+        if i < moving:
+            reach[i] += 0.5 * skin * math.sqrt(reference * reach[i])
     return reach
 
 
+@loop
 def pairs_to_part(
     first: Int32Array | Int64Array,
     second: Int32Array | Int64Array,
-    body_index: Int32Array,
+    body: Int64Array,
     identity: Int64Array,
-    count: int,
 ) -> BoolArray:
     """Return which pairs of a layer may not overlap: those of two bodies.
 
     Args:
         first: One sphere of each pair in the layer's own order, shape (P,).
         second: The other one, shape (P,).
-        body_index: Body of each moving sphere in the order given.
-        identity: Place of each moving sphere in the order given, shape (moving,).
-        count: How many spheres the layer has; fixed ones come last, and are of no body that moves.
+        body: Body of each moving sphere in the order given; see ``body_numbers``.
+        identity: Place of each moving sphere in the order given, shape (moving,); others are fixed, and of no
+            body that moves.
 
     Returns:
         Which pairs, shape (P,), bool.
     """
-    body = np.full(count, np.iinfo(np.int64).min)
-    body[: len(identity)] = body_index[identity]
-    return in_two_bodies(first, second, body)
+    moving = len(identity)
+    apart = np.empty(len(first), np.bool_)
+    for k in range(len(first)):
+        i, j = first[k], second[k]
+        apart[k] = i >= moving or j >= moving or body[identity[i]] != body[identity[j]]
+    return apart
+
+
+@loop
+def with_their_bodies(chosen: BoolArray, body: Int64Array, identity: Int64Array) -> BoolArray:
+    """Return the chosen moving spheres of a layer, and with each its whole body.
+
+    Args:
+        chosen: Which moving spheres, in the layer's own order, shape (moving,).
+        body: Body of each moving sphere in the order given; empty where each is a body; see ``body_numbers``.
+        identity: Place of each moving sphere in the order given, shape (moving,).
+
+    Returns:
+        Which moving spheres, shape (moving,), bool.
+    """
+    if len(body) == 0:
+        return chosen
+    touched = np.zeros(len(body), np.bool_)
+    for i in range(len(chosen)):
+        if chosen[i]:
+            touched[body[identity[i]]] = True
+    whole = np.empty(len(chosen), np.bool_)
+    for i in range(len(chosen)):
+        whole[i] = touched[body[identity[i]]]
+    return whole
+
+
+def body_numbers(body_index: Int32Array | None) -> Int64Array:
+    """Return the body of each sphere, numbered from 0 on, int64; empty for None: each is a body."""
+    if body_index is None:
+        return np.empty(0, np.int64)
+    return np.unique(body_index, return_inverse=True)[1].astype(np.int64)

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import Pairs
 from packgen.arrange.neighbors.seam_pairs import SeamPairs
 from packgen.arrange.projection.pair_rules import PARTING_X, PARTING_Y
+from packgen.compiled import inlined, inner_loop
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def touching_pairs(ball: NDArray[np.float64], pairs: Pairs, touching: NDArray[np.int32]) -> int:
     """Find the listed pairs that overlap.
 
@@ -43,14 +43,14 @@ def touching_pairs(ball: NDArray[np.float64], pairs: Pairs, touching: NDArray[np
     return count
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def parting(i: int | np.uint64, j: int | np.uint64) -> tuple[float, float, float]:
     """Return a direction along which the coincident spheres i and j part, by their numbers."""
     across, along = PARTING_X * (i + j), PARTING_Y * (i + j)
     return across - math.floor(across) - 0.5, along - math.floor(along) - 0.5, 0.5 - (i & 1)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def push_apart(
     i: int | np.uint64,
     j: int | np.uint64,
@@ -99,7 +99,7 @@ def push_apart(
     return worst
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def push_pairs(
     ball: NDArray[np.float64],
     weight: NDArray[np.float64],
@@ -131,7 +131,7 @@ def push_pairs(
     return worst
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def push_seam_pairs(
     ball: NDArray[np.float64], weight: NDArray[np.float64], seam: SeamPairs, shift: NDArray[np.float64]
 ) -> float:
@@ -159,7 +159,7 @@ def push_seam_pairs(
     return worst
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def blame_one(
     i: int,
     j: int,
@@ -204,7 +204,7 @@ def blame_one(
     return depth
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def blame_pairs(
     ball: NDArray[np.float64],
     scale: float,

@@ -12,8 +12,8 @@ import numpy as np
 from packgen.arrays import BoolArray, Float64Array
 from packgen.portable import log, power, scalar_power
 
-SWEEPS_MAX = 64
-"""Sweeps of one schedule."""
+SWEEPS_MAX = 320
+"""Sweeps of one schedule: as many as most layers take."""
 
 FRICTION_USUAL = 1.0 / 3.0
 """Friction from which on all spheres are arranged alike; smoother ones are arranged more densely."""
@@ -184,18 +184,19 @@ class Recipe:
         momentum = self.momentum * min(1.0, number / self.momentum_sweeps)
         return Step(momentum, self.relaxation, self.stride, roughness, far)
 
-    def schedule(self, number: int, *, sink: bool) -> Schedule:
-        """Return what the sweeps from one on take, up to where a layer is to be looked at in any case.
+    def schedule(self, number: int, *, sink: bool, most: int = SWEEPS_MAX) -> Schedule:
+        """Return what the sweeps from one on take, as many as are at hand, up to where all of them end.
 
         Args:
-            number: Number of the first sweep.
+            number: Number of the first sweep; below ``sink_sweeps`` where there is no tolerance.
             sink: Whether the layer sinks, and the walls begin rough.
+            most: Sweeps at most, at least 1.
         """
         end = (number // SWEEPS_MAX + 1) * SWEEPS_MAX
         if self.tolerance is None:
             end = min(end, self.sink_sweeps)
         whole = _schedule(self, number - number % SWEEPS_MAX, end, sink)
-        return whole.since(number - whole.first)
+        return whole.part(number - whole.first, most)
 
     def skin(self, number: int) -> float:
         """Return the skin of a neighbour list made before a sweep."""
@@ -213,7 +214,8 @@ class Recipe:
 def _schedule(recipe: Recipe, first: int, end: int, sink: bool) -> Schedule:
     numbers = range(first, end)
     steps = [recipe.step(number, rough=sink) for number in numbers]
-    judged = [recipe.tolerance is not None and recipe.too_much(number + 1) is not None for number in numbers]
+    limits = [None if recipe.tolerance is None else recipe.too_much(number + 1) for number in numbers]
+    tolerance = recipe.tolerance or 0.0
     return Schedule(
         first,
         np.array([recipe.fall(number) if sink else 0.0 for number in numbers]),
@@ -221,11 +223,16 @@ def _schedule(recipe: Recipe, first: int, end: int, sink: bool) -> Schedule:
         np.array([step.roughness for step in steps]),
         np.array([step.far for step in steps]),
         np.array([recipe.strays_allowed(number) for number in numbers]),
+        np.array([recipe.skin(number) for number in numbers]),
         np.array([sink and number < recipe.sink_sweeps for number in numbers]),
-        np.array(judged),
+        np.array([math.inf if limit is None else limit for limit in limits]),
         recipe.relaxation,
         recipe.stride,
-        2.5 * (recipe.gap + (recipe.tolerance or 0.0)),
+        2.5 * (recipe.gap + tolerance),
+        # Just below the tolerance: the independent check rounds differently.
+        0.99 * tolerance,
+        1.0 / (1.0 + recipe.gap),
+        recipe.throw_share,
     )
 
 
@@ -262,16 +269,20 @@ class Schedule(NamedTuple):
 
     Attributes:
         first: Number of the first sweep.
-        fall: Step down before each sweep, in radii, or as a length [m], shape (S,).
+        fall: Step down before each sweep, in mean radii, shape (S,).
         momentum: Momentum of each sweep, shape (S,).
         roughness: Depth of the walls' roughness, in radii, shape (S,).
         far: Margins after which a single sphere makes the neighbour list void, shape (S,).
         strays: Share of spheres that may have outrun the list before each sweep, shape (S,).
+        skin: Skin of a neighbour list made before each sweep, shape (S,).
         sinking: Whether the layer still sinks, shape (S,), bool.
-        judged: Whether spheres that overlap too much are thrown back after the sweep, shape (S,), bool.
+        limit: Overlap above which each sweep throws spheres back, shape (S,); infinite where none are.
         relaxation: Factor on the sum of a sphere's pushes.
         stride: Largest displacement by pushes, in radii.
         calm: Largest overlap at which a layer that no longer sinks is looked at.
+        least: Largest overlap of the true spheres of a layer that is arranged.
+        scale: True radius over arranged radius.
+        throw_share: Largest share of the layer's spheres that is thrown back at a time.
     """
 
     first: int
@@ -280,25 +291,45 @@ class Schedule(NamedTuple):
     roughness: Float64Array
     far: Float64Array
     strays: Float64Array
+    skin: Float64Array
     sinking: BoolArray
-    judged: BoolArray
+    limit: Float64Array
     relaxation: float
     stride: float
     calm: float
+    least: float
+    scale: float
+    throw_share: float
 
-    def since(self, start: int) -> Schedule:
-        """Return the schedule without its first ``start`` sweeps."""
+    def part(self, start: int, most: int) -> Schedule:
+        """Return the schedule without its first ``start`` sweeps, of at most so many."""
+        chosen = slice(start, start + most)
         return self._replace(
             first=self.first + start,
-            fall=self.fall[start:],
-            momentum=self.momentum[start:],
-            roughness=self.roughness[start:],
-            far=self.far[start:],
-            strays=self.strays[start:],
-            sinking=self.sinking[start:],
-            judged=self.judged[start:],
+            fall=self.fall[chosen],
+            momentum=self.momentum[chosen],
+            roughness=self.roughness[chosen],
+            far=self.far[chosen],
+            strays=self.strays[chosen],
+            skin=self.skin[chosen],
+            sinking=self.sinking[chosen],
+            limit=self.limit[chosen],
         )
 
-    def of_radius(self, radius: float) -> Schedule:
-        """Return the schedule with steps down as lengths [m], for spheres of a mean radius [m]."""
-        return self._replace(fall=radius * self.fall)
+
+class Tally(NamedTuple):
+    """What a run of sweeps did.
+
+    Attributes:
+        sweeps: Sweeps done.
+        rebuilds: How often the lists were made anew.
+        thrown_back: Spheres taken out.
+        strays: Spheres that outran the lists in the last sweep; see ``sweep``.
+        done: Whether the layer is arranged.
+    """
+
+    sweeps: int
+    rebuilds: int
+    thrown_back: int
+    strays: int
+    done: bool

@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.projection.layer import Layer, make_layer
-from packgen.arrange.projection.recipe import Recipe, Schedule
-from packgen.arrange.projection.throw_back import throw_back
+from packgen.arrange.projection.pair_rules import body_numbers
+from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.space.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array
 from packgen.bodies import whole_bodies
 from packgen.portable import cube, whole_power
+
+STEPS_MAX = 2_000_000
+"""Spheres times sweeps of one run of the compiled loop, a tenth of a second: a signal waits for its end."""
 
 
 @dataclass(slots=True)
@@ -62,12 +65,13 @@ def settle(
     """
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
-    layer = make_layer(arranged, moving, walls, device, body_index)
+    layer = make_layer(arranged, moving, walls, device, body_numbers(body_index))
     radius = arranged[:moving, 3]
     reference = float(np.mean(radius)) if moving else 0.0
     if sink and moving and radius.min() < radius.max():
         recipe = recipe.of_sizes(float(np.sum(whole_power(radius, 4)) / np.sum(cube(radius))) / reference)
-    _relax(layer, reference, down, recipe, stats or SettleStats(), sink, body_index)
+    # One kind of array: the compiled loop is made for it alone.
+    _relax(layer, np.array(down, np.float64), recipe, stats or SettleStats(), sink)
     position = ball[:moving, :3].copy()
     found = layer.positions()
     still_in = ~np.isnan(found[:, 0])
@@ -78,48 +82,17 @@ def settle(
     return position, whole_bodies(kept, body_index)
 
 
-def _relax(
-    layer: Layer,
-    reference: float,
-    down: Float64Array,
-    recipe: Recipe,
-    stats: SettleStats,
-    sink: bool,
-    body_index: Int32Array | None,
-) -> None:
+def _relax(layer: Layer, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool) -> None:
     stats.moving += layer.moving
     number = 0 if sink else recipe.part_first
-    strays = layer.moving
-    tolerance = recipe.tolerance or 0.0
-    schedule: Schedule | None = None
-    while layer.moving:
-        sinking = sink and number < recipe.sink_sweeps
-        if not sinking and recipe.tolerance is None:
+    strays, done = layer.moving, layer.moving == 0
+    while not done:
+        if recipe.tolerance is None and not (sink and number < recipe.sink_sweeps):
             return
-        if strays > recipe.strays_allowed(number) * layer.moving:
-            layer.rebuild(recipe.skin(number))
-            stats.rebuilds += 1
-        if schedule is None or number >= schedule.first + len(schedule.fall):
-            schedule = recipe.schedule(number, sink=sink).of_radius(reference)
-        schedule = schedule.since(number - schedule.first)
-        done, worst, strays = layer.sweeps(down, schedule)
-        number += done
-        stats.sweeps += done
-        # The state in which the last of these sweeps began.
-        sinking, skin = bool(schedule.sinking[done - 1]), recipe.skin(number - 1)
-        limit = None if recipe.tolerance is None else recipe.too_much(number)
-        if limit is None and (sinking or worst > 2.5 * (recipe.gap + tolerance)):
-            continue
-        if strays and not sinking:
-            layer.rebuild(skin)
-            stats.rebuilds += 1
-            strays = 0
-        largest, blame = layer.overlaps(1.0 / (1.0 + recipe.gap), down)
-        # Just below the tolerance: the independent check rounds differently.
-        least = 0.99 * tolerance
-        if largest <= least and not sinking:
-            return
-        if limit is not None:
-            stats.thrown_back += throw_back(layer, blame, max(limit, least), recipe, body_index)
-            if np.isnan(layer.positions()[:, 0]).all():
-                return  # all were thrown back; an empty layer has no neighbour list
+        # Between two schedules Python has its turn, and a signal is heard.
+        schedule = recipe.schedule(number, sink=sink, most=max(STEPS_MAX // layer.moving, 1))
+        sweeps, rebuilds, thrown_back, strays, done = layer.run(down, schedule, strays)
+        number += sweeps
+        stats.sweeps += sweeps
+        stats.rebuilds += rebuilds
+        stats.thrown_back += thrown_back

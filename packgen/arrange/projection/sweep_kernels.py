@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import Pairs
@@ -23,9 +22,10 @@ from packgen.arrange.projection.push_kernels import (
     push_seam_pairs,
     touching_pairs,
 )
-from packgen.arrange.projection.recipe import Schedule, Step
+from packgen.arrange.projection.recipe import Step
 from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_gap
 from packgen.arrange.space.map_kernels import WallList
+from packgen.compiled import inlined, loop
 
 
 class LayerSpheres(NamedTuple):
@@ -35,14 +35,18 @@ class LayerSpheres(NamedTuple):
         ball: Centres and arranged radii [m], shape (N, 4), float64.
         previous: Centres of the moving ones one sweep ago [m], shape (moving, 3), float64.
         weight: Weight of each sphere in a push, shape (N,), float64; see ``push_weights``.
-        identity: A number of each moving sphere, by which it meets its own grain of a rough wall, shape
-            (moving,), int64.
+        identity: Place of each moving sphere in the order given, by which it meets its own grain of a rough
+            wall, shape (moving,), int64.
+        body: Body of each sphere that moved at first, in the order given, int64; empty: each is a body.
+        reference: Mean radius of the spheres that moved at first [m].
     """
 
     ball: NDArray[np.float64]
     previous: NDArray[np.float64]
     weight: NDArray[np.float64]
     identity: NDArray[np.int64]
+    body: NDArray[np.int64]
+    reference: float
 
 
 class Anchor(NamedTuple):
@@ -69,21 +73,35 @@ class Work(NamedTuple):
     shift: NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+class Lists(NamedTuple):
+    """What is near each sphere of a layer until one of them has moved too far.
+
+    Attributes:
+        pairs: The listed pairs.
+        seam: The pairs that are close across a seam.
+        near: The walls that each moving sphere can reach.
+        anchor: For how long these lists hold.
+        work: Work space of the sweeps over them.
+    """
+
+    pairs: Pairs
+    seam: SeamPairs
+    near: WallList
+    anchor: Anchor
+    work: Work
+
+
+@inlined
 def wall_grain(identity: int) -> float:
     """Return the part of a wall's roughness that keeps a sphere off, 0 to 1: the golden ratio's multiples."""
     return identity * GRAIN_STEP % 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def sweep(  # type: ignore[no-untyped-def]
     spheres: LayerSpheres,
-    pairs: Pairs,
-    seam: SeamPairs,
+    lists: Lists,
     features: Features,
-    near: WallList,
-    anchor: Anchor,
-    work: Work,
     sink: NDArray[np.float64],
     step: Step,
 ):
@@ -91,12 +109,8 @@ def sweep(  # type: ignore[no-untyped-def]
 
     Args:
         spheres: The spheres; ``ball`` and ``previous`` of the moving ones change.
-        pairs: The listed pairs.
-        seam: The pairs that are close across a seam.
+        lists: What is near them.
         features: The walls.
-        near: Which of them each moving sphere can reach.
-        anchor: For how long the lists hold.
-        work: Work space.
         sink: Displacement before the sweep [m], shape (3,).
         step: How the spheres move.
 
@@ -104,11 +118,9 @@ def sweep(  # type: ignore[no-untyped-def]
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; a sphere
         that has by ``step.far`` margins adds ``moving`` to the count, which forces a rebuild).
     """
-    ball, previous, weight, identity = spheres
-    wall_begin, wall_item, wall_room = near
+    ball, previous, weight, identity, _, _ = spheres
+    pairs, seam, (wall_begin, wall_item, wall_room), (center, margin), (touching, shift) = lists
     kind, row = features
-    center, margin = anchor
-    touching, shift = work
     momentum, relaxation, stride, roughness, far = step
     moving = len(previous)
     sink_x, sink_y, sink_z = sink[0], sink[1], sink[2]
@@ -179,88 +191,33 @@ def sweep(  # type: ignore[no-untyped-def]
     return worst, strays
 
 
-@njit(cache=True, error_model="numpy")
-def sweeps(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres,
-    pairs: Pairs,
-    seam: SeamPairs,
-    features: Features,
-    near: WallList,
-    anchor: Anchor,
-    work: Work,
-    down: NDArray[np.float64],
-    schedule: Schedule,
-):
-    """Run sweeps until the lists are void, the layer is to be looked at, or the schedule ends.
-
-    Args:
-        spheres: The spheres; ``ball`` and ``previous`` of the moving ones change.
-        pairs: The listed pairs.
-        seam: The pairs that are close across a seam.
-        features: The walls.
-        near: Which of them each moving sphere can reach.
-        anchor: For how long the lists hold.
-        work: Work space.
-        down: Unit vector along which things fall, shape (3,).
-        schedule: What each sweep takes, steps down as lengths; at least one sweep.
-
-    Returns:
-        (sweeps done; largest pair overlap and strays of the last one, see ``sweep``).
-    """
-    moving = len(spheres.previous)
-    sink = np.empty(3)
-    done = 0
-    while True:
-        for axis in range(3):
-            sink[axis] = down[axis] * schedule.fall[done]
-        step = Step(
-            schedule.momentum[done],
-            schedule.relaxation,
-            schedule.stride,
-            schedule.roughness[done],
-            schedule.far[done],
-        )
-        worst, strays = sweep(spheres, pairs, seam, features, near, anchor, work, sink, step)
-        calm = not schedule.sinking[done] and not worst > schedule.calm
-        done += 1
-        if done == len(schedule.fall) or calm or schedule.judged[done - 1]:
-            return done, worst, strays
-        if strays > schedule.strays[done] * moving:
-            return done, worst, strays
-
-
-@njit(cache=True, error_model="numpy")
+@loop
 def sphere_overlaps(
-    ball: NDArray[np.float64],
-    scale: float,
-    pairs: Pairs,
-    seam: SeamPairs,
-    features: Features,
-    near: WallList,
-    height: NDArray[np.float64],
-    overlap: NDArray[np.float64],
-) -> float:
+    spheres: LayerSpheres, lists: Lists, features: Features, down: NDArray[np.float64], scale: float
+) -> tuple[float, NDArray[np.float64]]:
     """Blame each overlap on one moving sphere: the smaller of a pair, else the higher; the one in the wall.
 
     Args:
-        ball: Centres and arranged radii [m], shape (N, 4).
-        scale: True radius over arranged radius.
-        pairs: The listed pairs.
-        seam: The pairs that are close across a seam.
+        spheres: The spheres.
+        lists: What is near them.
         features: The walls.
-        near: Which of them each moving sphere can reach.
-        height: Height of each moving sphere [m], shape (moving,).
-        overlap: Out: the largest overlap each moving sphere is blamed for, as a fraction of the smaller
-            true radius, shape (moving,).
+        down: Unit vector along which things fall, shape (3,).
+        scale: True radius over arranged radius.
 
     Returns:
-        Largest of them.
+        (largest overlap; the largest that each moving sphere is blamed for, shape (moving,)), as fractions of
+        the smaller true radius.
     """
-    wall_begin, wall_item, _ = near
+    ball = spheres.ball
+    wall_begin, wall_item, _ = lists.near
     kind, row = features
-    overlap[:] = 0.0
-    worst = blame_pairs(ball, scale, pairs, seam, height, overlap)
-    for i in range(len(overlap)):
+    moving = len(spheres.previous)
+    height, overlap = np.zeros(moving), np.zeros(moving)
+    for axis in range(3):
+        for i in range(moving if down[axis] != 0.0 else 0):
+            height[i] -= ball[i, axis] * down[axis]
+    worst = blame_pairs(ball, scale, lists.pairs, lists.seam, height, overlap)
+    for i in range(moving):
         if math.isnan(ball[i, 0]):
             continue
         radius = scale * ball[i, 3]
@@ -272,4 +229,4 @@ def sphere_overlaps(
             if gap < 0.0:
                 overlap[i] = max(overlap[i], -gap / radius)
                 worst = max(worst, -gap / radius)
-    return worst
+    return worst, overlap

@@ -5,72 +5,122 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from packgen.arrange.projection.layer import Layer
-from packgen.arrange.projection.recipe import Recipe
-from packgen.arrays import Float64Array, Int32Array, Int64Array
-from packgen.bodies import touched_bodies
-from packgen.portable import octaves
+from packgen.arrange.neighbors.listing import list_pairs
+from packgen.arrays import BoolArray, Float64Array, Int64Array
+from packgen.compiled import inlined, inner_loop
+
+SQUEEZED = 2.0
+"""Spheres nearer than so many sums of their radii are squeezed together."""
 
 
-def throw_back(
-    layer: Layer, blame: Float64Array, limit: float, recipe: Recipe, body_index: Int32Array | None = None
-) -> int:
-    """Take spheres out of the layer that overlap by more than a limit, and with each its whole body.
+@inlined
+def spheres_to_go(ball: Float64Array, blame: Float64Array, limit: float, most: int) -> BoolArray:
+    """Return which spheres of a layer have to go, as they overlap by more than a limit.
 
     Of several squeezed together only the worst goes: its place is often enough for the others.
 
     Args:
-        layer: The layer.
-        blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (moving,).
-        limit: Overlap above which a sphere has to go.
-        recipe: Constants.
-        body_index: Body of each sphere in the order in which the layer was given them; None: each sphere is a
-            body.
+        ball: Centres and radii of the moving spheres [m], shape (moving, 4); NaN was taken out.
+        blame: Overlap that each is blamed for, as a fraction of the smaller radius, shape (moving,).
+        limit: Overlap above which a sphere has to go, at least 0.
+        most: Of more than so many the most blamed go: in an overfull layer most spheres overlap, yet removing
+            a few is enough.
 
     Returns:
-        How many were taken out.
+        Which, shape (moving,).
     """
-    out = np.flatnonzero(blame > limit)
-    if len(out) == 0:
-        return 0
-    first, second = squeezed_pairs(layer.positions()[out], layer.radii()[out])
-    worst = np.ones(len(out), bool)
-    worst[np.where(blame[out[first]] < blame[out[second]], first, second)] = False
-    out = out[worst]
-    # In an overfull layer most spheres overlap, yet removing a few is enough: remove at most `throw_share` at
-    # a time.
-    most = math.ceil(recipe.throw_share * layer.moving)
-    chosen = np.zeros(len(blame), bool)
-    chosen[out[np.argsort(-blame[out], kind="stable")[:most]]] = True
-    if body_index is not None:
-        chosen = touched_bodies(chosen, body_index[layer.identity])
-    layer.take_out(chosen)
-    return int(chosen.sum())
+    blamed = np.empty(len(blame), np.int64)
+    count = 0
+    for i in range(len(blame)):
+        blamed[count] = i
+        count += blame[i] > limit
+    chosen = np.zeros(len(blame), np.bool_)
+    if count == 0:
+        return chosen
+    worst = worst_of_groups(ball, blame, blamed[:count])
+    least, ties = cut(blame, worst, most)
+    for i in worst:
+        chosen[i] = blame[i] > least or (blame[i] == least and ties > 0)
+        ties -= blame[i] == least
+    return chosen
 
 
-def squeezed_pairs(position: Float64Array, radius: Float64Array) -> tuple[Int64Array, Int64Array]:
-    """Find the pairs of spheres nearer than twice the sum of their radii, octave by octave of radius.
+@inlined
+def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array) -> Int64Array:
+    """Return the spheres without a worse one squeezed against them.
+
+    Of two that are blamed alike, the one of larger radius is the worse where the radii differ by octaves
+    (counted from the largest of all), else the one that comes first.
 
     Args:
-        position: Centres [m], shape (n, 3).
-        radius: Radii [m], shape (n,), at least one.
+        ball: Centres and radii [m], shape (moving, 4).
+        blame: Overlap that each is blamed for, shape (moving,).
+        blamed: Those that are looked at, rising, at least one, shape (B,).
 
     Returns:
-        (the larger ones, shape (P,), the others, shape (P,)); of two in an octave, the one that comes first.
+        Those of them without a worse one, rising, shape (W,).
     """
-    octave = octaves(radius.max() / radius, slack=0.0)
-    pairs = [np.empty((0, 2), np.int64)]
-    for number in np.unique(octave):
-        members, smaller = np.flatnonzero(octave == number), np.flatnonzero(octave > number)
-        tree = cKDTree(position[members])
-        pairs.append(members[tree.query_pairs(4.0 * float(radius[members].max()), output_type="ndarray")])
-        if len(smaller):
-            farthest = 2.0 * float(radius[members].max() + radius[smaller].max())
-            near = tree.sparse_distance_matrix(cKDTree(position[smaller]), farthest, output_type="ndarray")
-            pairs.append(np.stack([members[near["i"]], smaller[near["j"]]], axis=1))
-    first, second = np.concatenate(pairs).T
-    distance = np.linalg.norm(position[first] - position[second], axis=1)
-    near_enough = distance <= 2.0 * (radius[first] + radius[second])
-    return first[near_enough], second[near_enough]
+    count = len(blamed)
+    group, largest = np.empty((count, 4)), 0.0
+    for k in range(count):
+        for axis in range(4):
+            group[k, axis] = ball[blamed[k], axis]
+        largest = max(largest, group[k, 3])
+    octave = np.zeros(count, np.int64)
+    reach = np.empty(count)
+    for k in range(count):
+        ratio = largest / group[k, 3]
+        while ratio >= 2.0:
+            ratio *= 0.5
+            octave[k] += 1
+        # A little farther than what counts: the list rounds differently.
+        reach[k] = SQUEEZED * (1.0 + 1e-9) * group[k, 3]
+    order, _, pairs = list_pairs(group, reach, count, np.empty(0, np.int32))
+    beaten = np.zeros(count, np.bool_)
+    for k in range(len(pairs.owner)):
+        a, b = order[pairs.owner[k]], order[pairs.neighbor[k]]
+        dx, dy, dz = group[a, 0] - group[b, 0], group[a, 1] - group[b, 1], group[a, 2] - group[b, 2]
+        if math.sqrt(dx * dx + dy * dy + dz * dz) > SQUEEZED * (group[a, 3] + group[b, 3]):
+            continue
+        one, other = blame[blamed[a]], blame[blamed[b]]
+        b_is_less = octave[a] < octave[b] if octave[a] != octave[b] else a < b
+        beaten[b if one > other or (one == other and b_is_less) else a] = True
+    left = 0
+    worst = np.empty(count, np.int64)
+    for k in range(count):
+        worst[left] = blamed[k]
+        left += not beaten[k]
+    return worst[:left]
+
+
+@inner_loop
+def cut(blame: Float64Array, worst: Int64Array, most: int) -> tuple[float, int]:
+    """Return the least blame of the ``most`` most blamed, and how many of that blame are among them.
+
+    Args:
+        blame: Overlap that each sphere is blamed for, shape (moving,).
+        worst: The spheres that are looked at, blamed for more than 0, shape (W,).
+        most: How many are chosen at most, at least 1.
+
+    Returns:
+        (least blame; how many of exactly that are chosen); (0, 0) where all are.
+    """
+    if len(worst) <= most:
+        return 0.0, 0
+    low, high = 0.0, 0.0
+    for i in worst:
+        high = max(high, blame[i])
+    # `most` or more are above the low one, fewer above the high one: at last no number lies between.
+    above = 0
+    while True:
+        middle = low + 0.5 * (high - low)
+        if middle <= low or middle >= high:
+            return high, most - above
+        count = 0
+        for i in worst:
+            count += blame[i] > middle
+        if count >= most:
+            low = middle
+        else:
+            high, above = middle, count

@@ -9,7 +9,6 @@ from torch import Tensor
 
 from packgen.arrange.neighbors.seam_pairs import images
 from packgen.arrange.neighbors.torch_pairs import neighbor_pairs, neighbor_pairs_between
-from packgen.arrange.projection.layer import run_sweeps
 from packgen.arrange.projection.pair_rules import (
     GRAIN_PUSH,
     GRAIN_STEP,
@@ -20,10 +19,11 @@ from packgen.arrange.projection.pair_rules import (
     push_weights,
 )
 from packgen.arrange.projection.ranks import closed_ranks
-from packgen.arrange.projection.recipe import Schedule, Step
+from packgen.arrange.projection.recipe import Schedule, Step, Tally
+from packgen.arrange.projection.stepwise import run_by_steps
 from packgen.arrange.space.torch_features import feature_gaps
-from packgen.arrange.space.walls import WallTable, walls_in_reach
-from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.arrange.space.walls import WallTable, no_walls, walls_in_reach
+from packgen.arrays import Float64Array, Int64Array
 
 
 class PlainLayer:
@@ -35,9 +35,9 @@ class PlainLayer:
         moving: int,
         walls: WallTable,
         device: str,
-        body_index: Int32Array | None = None,
+        body: Int64Array | None = None,
     ) -> None:
-        self.body_index = body_index
+        self._body = np.empty(0, np.int64) if body is None else body
         self.device = "cpu" if device == "torch" else device
         self.ball = torch.as_tensor(ball, device=self.device).clone()
         self.moving = moving
@@ -61,15 +61,15 @@ class PlainLayer:
         self.offset = torch.zeros((1, 3), dtype=torch.float64, device=self.device)
         if self.walls.seams.wraps:
             self._list_seams(reach)
-        if self.body_index is not None:
-            self._leave_out_bodies(self.body_index)
+        if len(self._body):
+            self._leave_out_bodies()
         self.anchor = position[:moving].clone()
-        weight = push_weights(radius.cpu().numpy(), moving, self._reference)
+        weight = push_weights(self.ball.cpu().numpy(), moving, self._reference)
         self.weight = torch.as_tensor(weight, device=self.device)
         self._list_walls()
 
     def _reach(self, skin: float) -> Tensor:
-        reach = list_reach(self.ball[:, 3].cpu().numpy(), self.moving, skin, self._reference)
+        reach = list_reach(self.ball.cpu().numpy(), self.moving, skin, self._reference)
         return torch.as_tensor(reach, device=self.device)
 
     def _close_ranks(self) -> None:
@@ -95,17 +95,17 @@ class PlainLayer:
         self.offset = torch.cat([self.offset.expand(len(self.pairs), 3), offset[wanted]])
         self.pairs = torch.cat([self.pairs, torch.stack([first, second], dim=1)[wanted]])
 
-    def _leave_out_bodies(self, body_index: Int32Array) -> None:
+    def _leave_out_bodies(self) -> None:
         """Take the pairs of one body out of the list: its spheres may overlap each other."""
         first, second = self.pairs.cpu().numpy().T
-        wanted = pairs_to_part(first, second, body_index, self.identity, len(self.ball))
+        wanted = pairs_to_part(first, second, self._body, self.identity)
         apart = torch.as_tensor(wanted, device=self.device)
         self.offset = self.offset.expand(len(self.pairs), 3)[apart]
         self.pairs = self.pairs[apart]
 
     def _list_walls(self) -> None:
         ball = np.ascontiguousarray(self.ball[: self.moving].cpu().numpy())
-        begin, item, _ = walls_in_reach(ball, self.margin.cpu().numpy(), self.walls)
+        begin, item, _ = walls_in_reach(ball, self.margin.cpu().numpy(), self.walls, no_walls())
         count = np.diff(begin)
         self.wall_count = torch.as_tensor(count, device=self.device)
         sphere = np.repeat(np.arange(self.moving), count)
@@ -167,9 +167,9 @@ class PlainLayer:
         far = int((moved > step.far * self.margin).sum())
         return worst, int((moved > self.margin).sum()) + far * moving
 
-    def sweeps(self, down: Float64Array, schedule: Schedule) -> tuple[int, float, int]:
-        """Run sweeps one by one; see ``layer.run_sweeps``."""
-        return run_sweeps(self, down, schedule)
+    def run(self, down: Float64Array, schedule: Schedule, strays: int) -> Tally:
+        """Run the sweeps of a schedule one by one; see ``stepwise.run_by_steps``."""
+        return run_by_steps(self, down, schedule, strays, self._reference, self._body)
 
     def _put_back(self, position: Tensor, radius: Tensor, roughness: float) -> None:
         """Put spheres back inside their walls, twice where they meet several, or keep them off rough ones."""

@@ -10,8 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from packgen.compiled import inlined, loop
 
 PLANE, CENTER_PLANE, CONE, BALL, TRIANGLE = 0, 1, 2, 3, 4
 FEATURE_WIDTH = 12
@@ -32,7 +33,7 @@ class Features(NamedTuple):
     row: NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def closest_on_triangle(  # type: ignore[no-untyped-def]
     px: float, py: float, pz: float, corner: NDArray[np.float64]
 ):
@@ -88,7 +89,7 @@ def closest_on_triangle(  # type: ignore[no-untyped-def]
     return ax + v * abx + w * acx, ay + v * aby + w * acy, az + v * abz + w * acz
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def out_of_reach(kind: int, row: NDArray[np.float64], x: float, y: float, z: float, reach: float) -> bool:
     """Tell, for the price of a plane, that a point is ``reach`` or more from a triangle; False: maybe."""
     if kind != TRIANGLE:
@@ -97,7 +98,7 @@ def out_of_reach(kind: int, row: NDArray[np.float64], x: float, y: float, z: flo
     return bool(abs(height) >= reach)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def wall_gap(  # type: ignore[no-untyped-def]
     kind: int, row: NDArray[np.float64], x: float, y: float, z: float, radius: float
 ):

@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from packgen.arrange.space.feature_kernels import (
@@ -17,6 +16,7 @@ from packgen.arrange.space.feature_kernels import (
     out_of_reach,
     wall_gap,
 )
+from packgen.compiled import inlined, inner_loop, loop
 
 PIECE = 6.0
 """Longest edge, in cells, of the pieces that triangles are looked at in: the box around a long one is mostly
@@ -72,7 +72,7 @@ class WallList(NamedTuple):
     room: NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.float64]) -> bool:
     """Halve a triangle across its longest edge where that is longer than allowed: one half in place."""
     longest, turn = 0.0, 0
@@ -94,7 +94,7 @@ def halved(piece: NDArray[np.float64], longest_max: float, other: NDArray[np.flo
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def next_piece(
     stack: NDArray[np.float64],
     depth: int,
@@ -136,7 +136,7 @@ def next_piece(
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def map_triangles(corner: NDArray[np.float64], grid: Grid, reach: float):  # type: ignore[no-untyped-def]
     """List for each cell of a grid the triangles closer than ``reach`` to any point of it.
 
@@ -209,7 +209,7 @@ def map_triangles(corner: NDArray[np.float64], grid: Grid, reach: float):  # typ
     return start, item
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def merged_maps(  # type: ignore[no-untyped-def]
     start: NDArray[np.int32],
     item: NDArray[np.int32],
@@ -230,7 +230,7 @@ def merged_maps(  # type: ignore[no-untyped-def]
     return both, joined
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def map_features(features: Features, grid: Grid, reach: float):  # type: ignore[no-untyped-def]
     """List for each cell of a grid the features closer than ``reach`` to any point of it.
 
@@ -290,7 +290,7 @@ def map_features(features: Features, grid: Grid, reach: float):  # type: ignore[
     return start, item
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     """Return the cell that a point lies in; the nearest one of a point outside of the grid."""
     cx = min(max(int((x - grid.origin[0]) / grid.size), 0), grid.cells[0] - 1)
@@ -299,7 +299,7 @@ def cell_of(x: float, y: float, z: float, grid: Grid) -> int:
     return int((cz * grid.cells[1] + cy) * grid.cells[0] + cx)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def count_boundless(x: float, y: float, z: float, near: FeatureMap) -> int:
     """Return how many features concern a point beyond those of its cell: all boundless ones, or none."""
     origin, size, cells = near.grid
@@ -308,7 +308,7 @@ def count_boundless(x: float, y: float, z: float, near: FeatureMap) -> int:
     return 0 if within else len(near.boundless)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def candidate(k: int, low: int, boundless: int, kind: NDArray[np.int8], near: FeatureMap) -> int:
     """Return the k-th feature to look at for a point, or -1.
 
@@ -325,7 +325,7 @@ def candidate(k: int, low: int, boundless: int, kind: NDArray[np.int8], near: Fe
     return -1 if boundless > 0 and kind[feature] != TRIANGLE else feature
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def least_gap(
     position: NDArray[np.float64], radius: float, features: Features, near: FeatureMap
 ) -> NDArray[np.float64]:
@@ -343,7 +343,7 @@ def least_gap(
     return gap
 
 
-@njit(cache=True, error_model="numpy")
+@inner_loop
 def wall_candidates(
     ball: NDArray[np.float64],
     margin: NDArray[np.float64],

@@ -7,17 +7,51 @@ pairs know nothing of periods.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from packgen.arrays import Float64Array
+from packgen.compiled import inlined, loop
 from packgen.geometry import Container
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Seams:
+@inlined
+def wrapped_coordinate(along: float, low: float, period: float) -> float:
+    """Return a coordinate [m] moved by whole periods to ``low`` or above, below ``low + period``.
+
+    What is inside keeps every digit, what is NaN stays, and where there is no period (0) all does.
+    """
+    if period > 0.0 and (along < low or along >= low + period):
+        along = low + (along - low) % period
+        if along >= low + period:
+            along = low
+    return along
+
+
+@loop
+def wrap_points(position: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]) -> None:
+    """Move points by whole periods into the box, the upper sides left out; see ``wrapped_coordinate``.
+
+    Args:
+        position: Points [m], shape (N, 3) or wider; change.
+        low: Lower corner of the box [m], shape (3,).
+        period: Length after which space repeats [m], 0 where it does not, shape (3,).
+    """
+    for i in range(len(position)):
+        for axis in range(3):
+            position[i, axis] = wrapped_coordinate(position[i, axis], low[axis], period[axis])
+
+
+@inlined
+def is_periodic(period: NDArray[np.float64]) -> bool:
+    """Tell whether space repeats after a length [m] along any axis, shape (3,)."""
+    return bool(period[0] > 0.0 or period[1] > 0.0 or period[2] > 0.0)
+
+
+class Seams(NamedTuple):
     """The periods of a box.
 
     Attributes:
@@ -39,17 +73,12 @@ class Seams:
     @property
     def wraps(self) -> bool:
         """Whether any axis is periodic."""
-        return bool(self.period.any())
+        return is_periodic(self.period)
 
     def wrapped(self, position: Float64Array) -> Float64Array:
         """Return points (N, 3) moved by whole periods into the box, the upper sides left out."""
-        inside = np.array(position)
-        for axis in np.flatnonzero(self.period):
-            along = inside[:, axis]
-            # Points that are inside keep every digit.
-            out = (along < self.low[axis]) | (along >= self.low[axis] + self.period[axis])
-            moved = self.low[axis] + np.mod(along[out] - self.low[axis], self.period[axis])
-            along[out] = np.where(moved < self.low[axis] + self.period[axis], moved, self.low[axis])
+        inside = np.array(position, np.float64, order="C")
+        wrap_points(inside, self.low, self.period)
         return inside
 
     def tree(self, position: Float64Array) -> cKDTree:

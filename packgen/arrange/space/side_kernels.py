@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from packgen.arrange.space.feature_kernels import HALF_DIAGONAL, TRIANGLE, Features, closest_on_triangle
 from packgen.arrange.space.map_kernels import STACK, FeatureMap, Grid, cell_of, next_piece
+from packgen.compiled import inlined, loop
 
 OUTSIDE, INSIDE, CUT = 0, 1, 2
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def mark_cut(
     corner: NDArray[np.float64],
     grid: Grid,
@@ -52,7 +52,7 @@ def mark_cut(
             depth = next_piece(stack, depth, grid, reach, low, high)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def first_members(  # type: ignore[no-untyped-def]
     region: NDArray[np.int32], count: int
 ):
@@ -66,14 +66,14 @@ def first_members(  # type: ignore[no-untyped-def]
     return first, members
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def _volume(  # type: ignore[no-untyped-def]
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, cx: float, cy: float, cz: float
 ):
     return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def crosses(
     px: float, py: float, pz: float, qx: float, qy: float, qz: float, row: NDArray[np.float64]
 ) -> bool:
@@ -102,7 +102,7 @@ def crosses(
     return bool(outward or inward)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def points_inside(
     position: NDArray[np.float64],
     grid: Grid,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,8 @@ from packgen.arrange.space.map_kernels import (
     wall_candidates,
 )
 from packgen.arrange.space.seams import NO_SEAMS, Seams
-from packgen.arrays import Float64Array, filled, unique_rows
+from packgen.arrays import Float64Array, unique_rows
+from packgen.compiled import inlined
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 from packgen.portable import cube_root
 
@@ -39,8 +40,7 @@ MAP_REACH = 1.9
 """Reach of the map in largest radii: a sphere, its gap, and half of the widest skin."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class WallTable:
+class WallTable(NamedTuple):
     """The features that bound a group of spheres, and where the space between them wraps around.
 
     Attributes:
@@ -90,24 +90,30 @@ def wall_table(
     )
 
 
-def walls_in_reach(
-    ball: Float64Array, margin: Float64Array, walls: WallTable, before: WallList | None = None
-) -> WallList:
+@inlined
+def walls_in_reach(ball: Float64Array, margin: Float64Array, walls: WallTable, before: WallList) -> WallList:
     """List the wall features that each moving sphere can reach before the next rebuild.
 
     Args:
         ball: Centres and radii [m], shape (N, 4), C-contiguous; the first ones move.
         margin: How far each moving sphere moves at most until then [m], shape (moving,).
         walls: The walls.
-        before: The list before, whose arrays are written over; None: there is none.
+        before: The list before, whose arrays are written over where they are long enough.
 
     Returns:
         The list; of triangles a sphere's nearest one comes first.
     """
-    begin, length = np.empty(len(margin) + 1, np.int64), 2 * len(margin) + 4096
-    item, room = (np.empty(length, np.int32), np.empty(length)) if before is None else before[1:]
-    item, room = filled(wall_candidates, ball, margin, walls.features, walls.near, begin, out=(item, room))
+    begin = np.empty(len(margin) + 1, np.int64)
+    item, room = before.item, before.room
+    while wall_candidates(ball, margin, walls.features, walls.near, begin, item, room) < 0:
+        length = max(2 * len(item), 2 * len(margin) + 4096)
+        item, room = np.empty(length, np.int32), np.empty(length)
     return WallList(begin, item, room)
+
+
+def no_walls() -> WallList:
+    """Return an empty list of walls."""
+    return WallList(np.empty(0, np.int64), np.empty(0, np.int32), np.empty(0))
 
 
 def _map_grid(bounds: Float64Array, radius_max: float, meshed: bool) -> Grid:

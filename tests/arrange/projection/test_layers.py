@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,12 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from packgen.arrange.projection.layer import run_sweeps
+from packgen.arrange.projection.layer_kernels import run_sweeps
 from packgen.arrange.projection.numba_layer import FusedLayer
 from packgen.arrange.projection.pair_rules import list_reach
-from packgen.arrange.projection.recipe import Recipe, Step
+from packgen.arrange.projection.recipe import SWEEPS_MAX, Recipe, Step
+from packgen.arrange.projection.settle import settle
+from packgen.arrange.projection.stepwise import run_by_steps
 from packgen.arrange.projection.torch_layer import PlainLayer
 from packgen.arrange.space.feature_kernels import BALL, CENTER_PLANE, CONE, PLANE, TRIANGLE, wall_gap
+from packgen.arrange.space.seams import NO_SEAMS, Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Ball, Box, Cone, Mesh, Slice, Surface
 from tests.beds import box_surface
@@ -57,7 +62,7 @@ def crowds(draw):
 
 def listed_pairs(layer):
     """The owners and the others of a layer's pairs, in the layer's own order."""
-    owner, other = layer.pairs
+    owner, other = layer.lists.pairs
     return owner, other[: len(owner)]
 
 
@@ -67,15 +72,15 @@ def test_the_neighbour_list_is_that_of_brute_force(crowd):
     ball, moving, skin = crowd
     layer = FusedLayer(ball.copy(), moving, box_walls(-1.0, 1.0, 1.0))
     layer.rebuild(skin)
-    assert sorted(map(tuple, layer.ball)) == sorted(map(tuple, ball))
-    assert np.array_equal(layer.ball[:moving], ball[layer.identity])
+    assert sorted(map(tuple, layer.spheres.ball)) == sorted(map(tuple, ball))
+    assert np.array_equal(layer.spheres.ball[:moving], ball[layer.identity])
     owner, other = listed_pairs(layer)
     listed = {(min(a, b), max(a, b)) for a, b in zip(owner.tolist(), other.tolist(), strict=True)}
     assert len(listed) == len(owner), "a pair is listed twice"
-    position, radius = layer.ball[:, :3], layer.ball[:, 3]
+    position = layer.spheres.ball[:, :3]
     first, second = np.triu_indices(len(ball), 1)
     distance = np.linalg.norm(position[first] - position[second], axis=1)
-    each = list_reach(radius, moving, skin, layer.reference)
+    each = list_reach(layer.spheres.ball, moving, skin, layer.spheres.reference)
     reach = each[first] + each[second]
     for slack, are_subset in ((-1e-9, True), (1e-9, False)):
         near = (distance < reach * (1.0 + slack)) & (first < moving)
@@ -125,30 +130,80 @@ def test_the_fused_loops_equal_the_plain_torch_form_to_rounding(shapes, ratio):
     assert np.abs(end[0] - ball[:200, :3]).max() > 0.01
 
 
-@pytest.mark.parametrize("sink", [True, False])
-@pytest.mark.parametrize("tolerance", [1e-6, None])
-@pytest.mark.parametrize("first", [0, 50, 119, 224])
-def test_a_run_of_sweeps_is_the_sweeps_one_by_one(first, tolerance, sink):
+def bounds_of(kind, radius_max):
+    bounds = np.array([[0.0] * 3, [1.0] * 3])
+    seams = Seams(np.zeros(3), np.array([1.0, 0.0, 1.0])) if kind == "periodic" else NO_SEAMS
+    return wall_table(SHAPES["triangles" if kind == "mesh" else "box"], bounds, radius_max, seams)
+
+
+def outcome(layer, tallies):
+    """All that a run leaves, bit for bit."""
+    pairs, seam = layer.lists.pairs, layer.lists.seam
+    listed = pairs.owner, pairs.neighbor[: len(pairs.owner)], *seam
+    return tallies, [each.tobytes() for each in (*layer.spheres[:4], *listed)]
+
+
+@pytest.mark.parametrize("kind", ["box", "mesh", "periodic"])
+@pytest.mark.parametrize("bodies", [False, True])
+@pytest.mark.parametrize(
+    ("first", "sink", "tolerance"),
+    [(0, True, 1e-6), (0, True, None), (119, True, 1e-6), (224, True, None), (105, False, 1e-6)],
+)
+def test_a_run_of_sweeps_is_the_steps_one_by_one(kind, bodies, first, sink, tolerance):
     recipe = Recipe(tolerance=tolerance)
-    if tolerance is None and first >= recipe.sink_sweeps:
-        return
-    schedule = recipe.schedule(first, sink=sink).of_radius(0.1)
     rng = np.random.default_rng(first)
-    ball = np.column_stack([rng.random((60, 3)), rng.uniform(0.08, 0.12, 60)])
+    ball = np.column_stack([rng.random((320, 3)), rng.uniform(0.06, 0.1, 320)])
+    body = np.repeat(np.arange(150), 2) if bodies else np.empty(0, np.int64)
     outcomes = []
-    for run in (FusedLayer.sweeps, run_sweeps):
-        layer = FusedLayer(ball.copy(), 50, box_walls(0.0, 1.0, 0.12))
-        layer.rebuild(1.6)
-        outcomes.append((run(layer, DOWN, schedule), layer.ball.tobytes()))
+    for by_steps in (False, True):
+        layer = FusedLayer(ball.copy(), 300, bounds_of(kind, 0.1), body)
+        number, strays, tallies = first, 300, []
+        for most in (7, 40, 500):
+            schedule = recipe.schedule(number, sink=sink, most=most)
+            if by_steps:
+                tally = run_by_steps(layer, DOWN, schedule, strays, layer.spheres.reference, body)
+            else:
+                tally = layer.run(DOWN, schedule, strays)
+            tallies.append(tally)
+            number, strays = number + tally.sweeps, tally.strays
+            if tally.done or number >= recipe.sink_sweeps:
+                break
+        outcomes.append(outcome(layer, tallies))
     assert outcomes[0] == outcomes[1]
-    done = outcomes[0][0][0]
-    assert 1 <= done <= len(schedule.fall)
+    assert sum(tally.rebuilds for tally in outcomes[0][0]) > 0
+    assert tolerance is None or sum(tally.thrown_back for tally in outcomes[0][0]) > 0
+
+
+def test_all_layers_run_on_one_compiled_loop():
+    # A second kind of array would have all of it compiled once more.
+    for kind in ("box", "mesh", "periodic"):
+        for fixed in (0, 20):
+            ball = np.random.default_rng(fixed).random((40, 4)) * 0.08 + np.array([0.4, 0.4, 0.4, 0.02])
+            down = DOWN if fixed else np.broadcast_to(DOWN, (3, 3))[1]
+            body = np.repeat(np.arange(20, dtype=np.int32), 2)[: 40 - fixed] if fixed else None
+            settle(ball, 40 - fixed, bounds_of(kind, 0.1), down, Recipe(), body_index=body)
+    assert len(run_sweeps.signatures) == 1
+
+
+def test_layers_run_in_threads_as_one_after_the_other():
+    walls = bounds_of("box", 0.1)
+    balls = [
+        np.column_stack([rng.random((150, 3)), rng.uniform(0.05, 0.1, 150)])
+        for rng in map(np.random.default_rng, range(6))
+    ]
+
+    def arranged(ball):
+        position, kept = settle(ball, 120, walls, DOWN, Recipe())
+        return position.tobytes(), kept.tobytes()
+
+    with ThreadPoolExecutor(3) as threads:
+        assert list(threads.map(arranged, balls)) == [arranged(ball) for ball in balls]
 
 
 def test_schedules_follow_the_recipe_sweep_by_sweep():
     recipe = Recipe()
-    for first in (0, 1, 63, 64, 130, 300):
-        schedule = recipe.schedule(first, sink=True)
+    for first in (0, 1, SWEEPS_MAX - 1, SWEEPS_MAX, 130, 300):
+        schedule = recipe.schedule(first, sink=True, most=200)
         assert schedule.first == first
         for place in range(len(schedule.fall)):
             number = first + place
@@ -156,7 +211,9 @@ def test_schedules_follow_the_recipe_sweep_by_sweep():
             assert schedule.fall[place] == recipe.fall(number)
             assert (schedule.momentum[place], schedule.roughness[place]) == (step.momentum, step.roughness)
             assert schedule.far[place] == step.far
-            assert schedule.judged[place] == (recipe.too_much(number + 1) is not None)
+            limit = recipe.too_much(number + 1)
+            assert schedule.limit[place] == (np.inf if limit is None else limit)
+            assert schedule.skin[place] == recipe.skin(number)
             assert schedule.sinking[place] == (number < recipe.sink_sweeps)
             assert schedule.strays[place] == recipe.strays_allowed(number)
     unjudged = Recipe(tolerance=None).schedule(224, sink=True)

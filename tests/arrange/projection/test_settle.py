@@ -6,13 +6,17 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from packgen.arrange.projection.numba_layer import FusedLayer
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.settle import SettleStats, settle
-from packgen.arrange.projection.throw_back import squeezed_pairs, throw_back
+from packgen.arrange.projection.stepwise import throw_back
+from packgen.arrange.projection.throw_back import spheres_to_go
 from packgen.arrange.space.seams import Seams
 from packgen.arrange.space.walls import wall_table
 from packgen.geometry import Box, Cone, Slice
+from packgen.portable import octaves
 from tests.seeds import raised
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -93,6 +97,24 @@ def test_the_same_start_gives_the_same_end_bit_for_bit():
     assert np.array_equal(first[1], second[1])
 
 
+def test_a_layer_that_gives_signals_their_turn_ever_so_often_is_the_same_one(monkeypatch):
+    whole = settle(crowd(200), 200, CUBE, DOWN, Recipe())
+    lengths, run = [], FusedLayer.run
+
+    def counted(layer, down, schedule, strays):
+        lengths.append(len(schedule.fall))
+        return run(layer, down, schedule, strays)
+
+    monkeypatch.setattr(FusedLayer, "run", counted)
+    monkeypatch.setattr("packgen.arrange.projection.settle.STEPS_MAX", 1400)
+    stats = SettleStats()
+    in_turns = settle(crowd(200), 200, CUBE, DOWN, Recipe(), stats)
+    assert max(lengths) == 7
+    assert sum(lengths) >= stats.sweeps > 100
+    assert np.array_equal(whole[0], in_turns[0])
+    assert np.array_equal(whole[1], in_turns[1])
+
+
 def test_without_sinking_spheres_that_touch_nothing_stay_where_they_are():
     ball = np.array(
         [[0.3, 0.3, 0.9, 0.05], [0.7, 0.7, 0.5, 0.05], [0.3, 0.7, 0.5, 0.05], [0.33, 0.7, 0.5, 0.05]]
@@ -148,6 +170,9 @@ def test_plain_torch_settles_as_well(sink):
     assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
 
 
+SINGLE = np.empty(0, np.int64)  # each sphere is a body
+
+
 class Crowd:
     """As much of a layer as throwing back needs."""
 
@@ -169,14 +194,12 @@ class Crowd:
 def test_of_spheres_squeezed_together_only_the_worst_is_thrown_back():
     crowd = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0], [3.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0]]))
     blame = np.array([0.2, 0.3, 0.1, 0.05, 0.001])
-    recipe = dataclasses.replace(Recipe(), throw_share=1.0)
-    assert throw_back(crowd, blame, 0.01, recipe) == 2
+    assert throw_back(crowd, blame, 0.01, 1.0, SINGLE) == 2
     assert np.flatnonzero(crowd.out).tolist() == [1, 3]
-    few = dataclasses.replace(recipe, throw_share=0.2)
-    assert throw_back(crowd, blame, 0.01, few) == 1
+    assert throw_back(crowd, blame, 0.01, 0.2, SINGLE) == 1
     assert np.flatnonzero(crowd.out).tolist() == [1]
     alike = Crowd(np.array([[0.0, 0, 0], [1.5, 0, 0]]))
-    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, recipe) == 1
+    assert throw_back(alike, np.array([0.2, 0.2]), 0.01, 1.0, SINGLE) == 1
 
 
 def test_large_spheres_that_touch_are_thrown_back_singly_despite_small_ones_between():
@@ -184,28 +207,49 @@ def test_large_spheres_that_touch_are_thrown_back_singly_despite_small_ones_betw
     crowd = Crowd(position, np.where(position[:, 0] < 500.0, 10.0, 1.0))
     blame = np.zeros(52)
     blame[:2] = 0.2, 0.1
-    assert throw_back(crowd, blame, 0.01, Recipe()) == 1
+    assert throw_back(crowd, blame, 0.01, 0.05, SINGLE) == 1
     assert np.flatnonzero(crowd.out).tolist() == [0]
 
 
-def test_squeezed_pairs_are_those_nearer_than_two_sums_of_radii():
-    rng = np.random.default_rng(3)
-    position, radius = rng.random((300, 3)), rng.choice([0.004, 0.007, 0.01, 0.03, 0.08], 300)
-    first, second = squeezed_pairs(position, radius)
-    distance = np.linalg.norm(position[:, None] - position, axis=2)
-    near = np.triu(distance <= 2.0 * (radius[:, None] + radius), 1)
-    found = np.stack([np.minimum(first, second), np.maximum(first, second)], axis=1)
-    assert len(found) == near.sum() > 300
-    assert near[tuple(found.T)].all()
-    assert len(np.unique(found, axis=0)) == len(found)
+def worst_by_tree(position, radius, blame, limit, most):
+    """Who goes, by scipy's trees and sorting: octave by octave of radius, of equals the first."""
+    out = np.flatnonzero(blame > limit)
+    octave = octaves(radius[out].max() / radius[out], slack=0.0)
+    first, second = cKDTree(position[out]).query_pairs(4.0 * radius[out].max(), output_type="ndarray").T
+    first, second = (
+        np.where(octave[first] <= octave[second], first, second),
+        np.where(octave[first] <= octave[second], second, first),
+    )
+    distance = np.linalg.norm(position[out[first]] - position[out[second]], axis=1)
+    near = distance <= 2.0 * (radius[out[first]] + radius[out[second]])
+    worst = np.ones(len(out), bool)
+    worst[np.where(blame[out[first]] < blame[out[second]], first, second)[near]] = False
+    out = out[worst]
+    return np.sort(out[np.argsort(-blame[out], kind="stable")[:most]]).tolist()
+
+
+@pytest.mark.parametrize("count", [1, 2, 40, 600])
+@pytest.mark.parametrize("radii", [(1.0,), (0.004, 0.007, 0.01, 0.03, 0.08)])
+@pytest.mark.parametrize("levels", [3, 1000])
+def test_who_is_thrown_back_is_what_trees_and_sorting_say(count, radii, levels):
+    rng = np.random.default_rng(count)
+    radius = 0.02 * np.array(radii)[rng.integers(0, len(radii), count)] / max(radii)
+    position = np.round(rng.random((count, 3)), 2)
+    blame = rng.integers(0, levels, count) / levels  # many are blamed alike
+    blame[0] = 0.9
+    for limit in (0.0, 0.3, 0.8):
+        for most in (1, 7, 1000):
+            chosen = spheres_to_go(np.column_stack([position, radius]), blame, limit, most)
+            expected = worst_by_tree(position, radius, blame, limit, most)
+            assert np.flatnonzero(chosen).tolist() == expected
 
 
 def test_with_a_sphere_its_whole_body_is_thrown_back():
     crowd = Crowd(np.array([[0.0, 0, 0], [50.0, 0, 0], [80.0, 0, 0], [90.0, 0, 0]]))
-    blame, recipe = np.array([0.0, 0.2, 0.0, 0.0]), dataclasses.replace(Recipe(), throw_share=1.0)
+    blame = np.array([0.0, 0.2, 0.0, 0.0])
     # The layer's own order is not that in which the bodies were given.
     crowd.identity = np.array([3, 0, 1, 2])
-    assert throw_back(crowd, blame, 0.01, recipe, np.array([7, 4, 4, 7], np.int32)) == 2
+    assert throw_back(crowd, blame, 0.01, 1.0, np.array([1, 0, 0, 1])) == 2
     assert np.flatnonzero(crowd.out).tolist() == [0, 1]
 
 

@@ -41,8 +41,9 @@ def test_the_pairs_across_seams_are_those_of_brute_force(axes, seed, ratio, skin
     seams = Seams(np.full(3, far), period)
     position = seams.low + rng.random((count, 3)) * [4.0, 5.0, 9.0]
     moving = int(rng.integers(0, count + 1))
-    reach = list_reach(radius, moving, skin, 1.0)
-    found = seam_pairs(np.column_stack([position, radius]), reach, moving, seams)
+    ball = np.column_stack([position, radius])
+    reach = list_reach(ball, moving, skin, 1.0)
+    found = seam_pairs(ball, reach, moving, seams)
     listed = sorted(
         (min(i, j), max(i, j), *np.round(np.sign(j - i) * offset + 0.0, 6))
         for i, j, offset in zip(found.first, found.second, found.offset, strict=True)
@@ -78,7 +79,7 @@ def test_the_fused_loops_equal_the_plain_torch_form_across_seams(axes, ratio):
         assert fused[1] == plain[1]
     for layer in layers:
         layer.rebuild(1.6)
-    assert len(layers[0].seam.first) > 0
+    assert len(layers[0].lists.seam.first) > 0
     (fused, fused_blame), (plain, plain_blame) = (layer.overlaps(1.02, ASKEW) for layer in layers)
     assert fused == pytest.approx(plain, rel=1e-9)
     in_order = [np.argsort(layer.identity) for layer in layers]
