@@ -118,7 +118,8 @@ def test_broad_sizes_are_as_dense_above_the_roof_of_a_bend_as_below_it(tmp_path)
             [arm - 0.15, -0.15, 0.1], [arm + 0.15, 0.15, 0.7], (20_000, 3)
         )
         distance, index = cKDTree(bed.position).query(points, k=16)
-        assert (distance < bed.radius[index]).any(axis=1).mean() > 0.585
+        # 20 seeds: 0.612 to 0.637.
+        assert (distance < bed.radius[index]).any(axis=1).mean() > 0.595
 
 
 @pytest.mark.parametrize("flip", ["none", "all", "some"])
