@@ -98,6 +98,7 @@ def test_liggghts_pours_a_bed_that_overlaps_less_the_stiffer_it_is():
         found[modulus] = quality.quality(bed)
         assert (bed.count, found[modulus].outside) == (40, 0)
     soft, stiff = found.values()
+    # 20 seeds: 0.0040 to 0.0064 and 0.027 to 0.043.
     assert 1e-4 < stiff.overlap_max < soft.overlap_max < 0.2
     assert stiff.overlap_mean < stiff.overlap_max
 
@@ -111,9 +112,9 @@ def test_liggghts_pours_a_round_bed_that_is_looser_the_rougher_its_spheres():
             120, width=0.25, radius=0.02, youngs_modulus=1e7, seed=raised(0), friction=friction, cylinder=True
         )
         away = np.hypot(poured.position[:, 0], poured.position[:, 1])
-        assert (away + 0.02).max() < 0.125 * 1.01
+        assert (away + 0.02).max() < 0.125 * 1.01  # 20 seeds: at most 0.1255.
         tops.append(np.quantile(poured.position[:, 2], 0.9))
-    assert tops[0] < tops[1]
+    assert tops[0] < tops[1]  # 20 seeds: 0.125 to 0.134 and 0.137 to 0.147.
 
 
 @pytest.mark.slow
