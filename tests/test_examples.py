@@ -81,20 +81,32 @@ def test_the_burden_alternates_twelve_layers_that_leave_no_gap():
     assert {each.material for each in scene.particle_sets} == {"coke", "ore"}
 
 
+# Coke under ore, ore under coke: how deep the upper layer reaches into the lower one, in the smallest radius
+# of both, and the solid fraction across the seam.
+# 20 seeds: 3.85 to 3.87 and 0.679 to 0.700; 1.93 to 2.46 and 0.486 to 0.501.
+SEAMS = [(3.7, 0.69), (1.6, 0.494)]
+
+
 @pytest.mark.slow
 def test_layers_of_coke_and_ore_interlock_as_poured_ones_do(tmp_path):
+    lines = (EXAMPLES / "burden.yaml").read_text().splitlines()
+    zones = [line for line in lines if line.startswith("  - {location")]
+    # Four layers of the twelve have seams of either kind.
+    (tmp_path / "burden.yaml").write_text("\n".join(each for each in lines if each not in zones[4:]))
     folder = tmp_path / "burden"
-    assert main([str(EXAMPLES / "burden.yaml"), "--export", "liggghts", "-o", str(folder), "--quiet"]) == 0
+    assert main([str(tmp_path / "burden.yaml"), "--export", "liggghts", "-o", str(folder), "--quiet"]) == 0
     bed = np.load(folder / "bed.npz")
     height, radius, zone = bed["position"][:, 2], bed["radius"], bed["zone_index"]
-    for below in range(11):
+    assert zone.max() == 3
+    for below in range(3):
+        deep, share = SEAMS[below % 2]
         lower, upper = zone == below, zone == below + 1
-        # the upper layer's spheres reach down between the uppermost of the lower one, by most of a radius
+        # The upper layer's spheres reach down between the uppermost of the lower one.
         depth = (height + radius)[lower].max() - (height - radius)[upper].min()
-        assert depth > 1.5 * min(radius[lower].min(), radius[upper].min())
-        # across the seam the bed is about as dense as a layer of the coarser spheres is
+        assert depth > deep * min(radius[lower].min(), radius[upper].min())
+        # Ore fills the hollows of the coke below it; coke is too large for those of ore.
         seam = 0.5 * (height[lower].max() + height[upper].min())
-        assert 0.47 < solid_share(bed, seam, 0.4, 0.01) < 0.70
+        assert solid_share(bed, seam, 0.4, 0.01) == pytest.approx(share, abs=0.025)
     types = [
         int(line.split()[1])
         for line in (folder / "liggghts/bed.data").read_text().split("Atoms")[1].splitlines()
@@ -128,8 +140,9 @@ def test_an_example_runs_to_a_complete_bed(name, tmp_path):
     report = json.loads((tmp_path / name / "report.json").read_text())
     assert report["missed"] == []
     if name == "box":
-        assert 930 <= report["sphere_count"] <= 1010
-        assert 0.55 < report["solid_fraction"]["core"] < 0.63
+        # Ten seeds in the study examples/studies/core_density.py: 948 to 1001, and 0.576 +- 0.008.
+        assert 915 <= report["sphere_count"] <= 1015
+        assert 0.54 < report["solid_fraction"]["core"] < 0.61
 
 
 @pytest.mark.slow

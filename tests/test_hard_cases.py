@@ -32,6 +32,7 @@ FEW = settings(
 CUBE = box([0, 0, 0], [1, 1, 1])
 R = 0.05
 BALL, BALL_SCATTER = 0.56, 0.022  # of a ball full of spheres; 20 seeds: 0.559 +- 0.005
+BOX_LEAST = 0.52  # of a unit box full of the same spheres; 20 seeds: 0.534 to 0.549
 
 
 def solid_fraction(result):
@@ -59,13 +60,14 @@ def test_spheres_of_ratio_1_to_50_share_a_bed(tmp_path):
     ids=["box", "cylinder", "sphere"],
 )
 def test_a_container_1e6_m_from_the_origin_fills_as_one_at_it(tmp_path, container):
-    assert solid_fraction(run_scene(tmp_path, container, uniform(0.04, 0.06))) > 0.46
+    # 20 seeds: 0.545 to 0.556 in the box and the cylinder, 0.561 to 0.573 in the sphere.
+    assert solid_fraction(run_scene(tmp_path, container, uniform(0.04, 0.06))) > 0.535
 
 
 @pytest.mark.parametrize("radius", [1e-6, 100.0])
 def test_spheres_of_a_micrometre_and_of_100_m_fill_alike(tmp_path, radius):
     result = run_scene(tmp_path, box([0] * 3, [20 * radius] * 3), constant(radius))
-    assert solid_fraction(result) > 0.51
+    assert solid_fraction(result) > 0.535  # 20 seeds: 0.542 to 0.552.
 
 
 @pytest.mark.parametrize("pointed", ["bottom", "top"])
@@ -95,8 +97,8 @@ def test_a_slab_2_02_radii_thick_holds_one_sheet_of_spheres(tmp_path, axis):
     corner = [1.0, 1.0, 1.0]
     corner[axis] = 2.02 * R
     result = run_scene(tmp_path, box([0] * 3, corner), constant(R))
-    # of the box's 20 x 20 spheres' squares a sheet fills most: hexagonal 0.907, random loose about 0.7
-    assert 0.6 < result.bed.count * math.pi * R**2 < 0.907
+    # A hexagonal sheet covers 0.907 of its plane. 20 seeds: 0.746 to 0.785 upright, 0.707 to 0.754 lying.
+    assert 0.67 < result.bed.count * math.pi * R**2 < 0.907
 
 
 @pytest.mark.parametrize(("axis", "least"), [("z", 20), ("x", 17)])
@@ -108,7 +110,7 @@ def test_a_tube_of_one_and_a_half_diameters_fills(tmp_path, axis, least):
 
 def test_a_tube_as_wide_as_its_spheres_holds_a_column_of_them(tmp_path):
     tube = {"cylinder": {"radius": 1.01 * R, "height": 1.0}}
-    assert 8 <= run_scene(tmp_path, tube, constant(R)).bed.count <= 10
+    assert 8 <= run_scene(tmp_path, tube, constant(R)).bed.count <= 10  # 20 seeds: 9 or 10.
 
 
 @pytest.mark.parametrize(
@@ -137,7 +139,7 @@ def test_a_container_with_room_for_none_says_so(tmp_path, zones, optimizer):
 
 def test_more_spheres_than_fit_are_counted_as_left_over(tmp_path):
     result = run_scene(tmp_path, CUBE, constant(0.1), zones=[{"n_particles": 170}])
-    assert 100 <= result.bed.count <= 140
+    assert 110 <= result.bed.count <= 124  # 20 seeds: 114 to 120.
     assert result.zones[0].left_over == 170 - result.bed.count
 
 
@@ -166,14 +168,14 @@ def stretched_box(fractions):
 def test_a_mesh_with_needle_triangles_holds_what_its_box_does(tmp_path, fraction):
     stretched_box([fraction] * 6).export(tmp_path / "needles.obj")
     result = run_scene(tmp_path, {"path": "needles.obj"}, uniform(0.05, 0.06))
-    assert solid_fraction(result) > 0.5
+    assert solid_fraction(result) > BOX_LEAST
 
 
 def test_a_mesh_with_every_vertex_three_times_is_one_surface(tmp_path):
     mesh = trimesh.creation.box([1, 1, 1])
     loose = trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False)
     loose.export(tmp_path / "loose.obj")
-    assert solid_fraction(run_scene(tmp_path, {"path": "loose.obj"}, uniform(0.05, 0.06))) > 0.5
+    assert solid_fraction(run_scene(tmp_path, {"path": "loose.obj"}, uniform(0.05, 0.06))) > BOX_LEAST
 
 
 @pytest.mark.slow
@@ -183,7 +185,7 @@ def test_a_flat_sided_mesh_of_100_000_facets_is_its_sides(tmp_path):
         mesh = mesh.subdivide()
     assert len(mesh.faces) > 100_000
     mesh.export(tmp_path / "fine.stl")
-    assert solid_fraction(run_scene(tmp_path, {"path": "fine.stl"}, uniform(0.05, 0.06))) > 0.5
+    assert solid_fraction(run_scene(tmp_path, {"path": "fine.stl"}, uniform(0.05, 0.06))) > BOX_LEAST
 
 
 @pytest.mark.slow
@@ -219,7 +221,7 @@ def test_a_layer_whose_start_positions_coincide_is_parted():
 def test_a_tolerance_far_from_the_default_is_met(tmp_path, tolerance):
     result = run_scene(tmp_path, CUBE, uniform(0.05, 0.06), params={"tolerance": tolerance})
     assert result.bed.tolerance == tolerance
-    assert solid_fraction(result) > 0.5
+    assert solid_fraction(result) > BOX_LEAST
 
 
 RADII = st.tuples(st.floats(0.03, 0.2), st.floats(0.03, 0.2)).map(sorted)

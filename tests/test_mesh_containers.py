@@ -14,24 +14,25 @@ from tests.scenes import constant, read_scene, run_scene
 
 RADIUS = 0.08
 
+# Surface, volume, and the solid fraction of a full vessel: its walls are five to twelve diameters apart.
 VESSELS = {
-    "torus": (meshes.torus(), meshes.torus_volume()),
-    "standing_torus": (meshes.standing(meshes.torus()), meshes.torus_volume()),
-    "u_bend": (meshes.u_bend(open_top=False), meshes.u_bend_volume()),
-    "open_u_bend": (meshes.u_bend(open_top=True), meshes.u_bend_volume()),
-    "tank": (meshes.tank(open_top=False), 2.0 * math.pi),
-    "open_tank": (meshes.tank(open_top=True), 2.0 * math.pi),
-    "l_box": (meshes.l_box(open_top=False), 4.5),
-    "standing_l_box": (meshes.standing(meshes.l_box(open_top=False)), 4.5),
-    "open_l_box": (meshes.l_box(open_top=True), 4.5),
-    "hopper": (meshes.hopper(open_top=False), None),
-    "open_hopper": (meshes.hopper(open_top=True), None),
+    "torus": (meshes.torus(), meshes.torus_volume(), 0.524),
+    "standing_torus": (meshes.standing(meshes.torus()), meshes.torus_volume(), 0.506),
+    "u_bend": (meshes.u_bend(open_top=False), meshes.u_bend_volume(), 0.495),
+    "open_u_bend": (meshes.u_bend(open_top=True), meshes.u_bend_volume(), 0.495),
+    "tank": (meshes.tank(open_top=False), 2.0 * math.pi, 0.562),
+    "open_tank": (meshes.tank(open_top=True), 2.0 * math.pi, 0.562),
+    "l_box": (meshes.l_box(open_top=False), 4.5, 0.541),
+    "standing_l_box": (meshes.standing(meshes.l_box(open_top=False)), 4.5, 0.534),
+    "open_l_box": (meshes.l_box(open_top=True), 4.5, 0.541),
+    "hopper": (meshes.hopper(open_top=False), None, 0.558),
+    "open_hopper": (meshes.hopper(open_top=True), None, 0.558),
 }
 
 
 @pytest.mark.parametrize("name", VESSELS)
 def test_a_vessel_is_filled_and_holds_all_its_spheres(name, tmp_path):
-    mesh, volume = VESSELS[name]
+    mesh, volume, filled = VESSELS[name]
     container = {"path": meshes.saved(mesh, tmp_path)}
     result = run_scene(tmp_path, container, constant(RADIUS))
     shape = result.bed.container.shape
@@ -39,8 +40,8 @@ def test_a_vessel_is_filled_and_holds_all_its_spheres(name, tmp_path):
     if volume is not None:
         assert result.bed.container.volume == pytest.approx(volume, rel=0.02)
     solid = result.bed.count * 4.0 / 3.0 * math.pi * RADIUS**3
-    # walls are five to twelve diameters apart: between them a bed is this dense, and no denser anywhere
-    assert 0.43 < solid / result.bed.container.volume < 0.62
+    # 20 seeds: at most 0.0125 off, in the standing torus.
+    assert solid / result.bed.container.volume == pytest.approx(filled, abs=0.025)
 
 
 @pytest.mark.parametrize("name", ["standing_torus", "open_u_bend", "open_hopper"])
@@ -55,7 +56,7 @@ def test_a_chamber_above_a_throat_is_reached(tmp_path):
     container = {"path": meshes.saved(meshes.revolved(profile), tmp_path)}
     height = run_scene(tmp_path, container, constant(RADIUS)).bed.position[:, 2]
     below, above = np.count_nonzero(height < 1.2), np.count_nonzero(height > 1.5)
-    assert 0.8 * below < above < 1.2 * below
+    assert 0.98 * below < above < 1.22 * below  # 20 seeds: 1.044 to 1.155.
 
 
 def test_the_core_of_a_tank_is_as_dense_as_a_cylinders(tmp_path):
@@ -67,6 +68,7 @@ def test_the_core_of_a_tank_is_as_dense_as_a_cylinders(tmp_path):
     ):
         bed = run_scene(tmp_path, container, constant(0.06)).bed
         fractions.append(core_fraction(bed, ring["cylinder"]["radius"], 0.3, 1.6))
+    # 20 seeds: 0.610 to 0.621 and 0.607 to 0.621; they differ by -0.006 to 0.009.
     assert fractions[0] == pytest.approx(fractions[1], abs=0.02)
 
 
@@ -101,7 +103,8 @@ def test_broad_sizes_fill_a_u_bend(tmp_path):
     sizes = {"radius_distribution": "lognormal", "radius_median": 0.05, "sigma": 0.4,
              "radius_min": 0.025, "radius_max": 0.12}  # fmt: skip
     bed = run_scene(tmp_path, container, sizes).bed
-    assert (4.0 / 3.0 * math.pi * bed.radius**3).sum() / bed.container.volume > 0.45
+    # 20 seeds: 0.498 to 0.526.
+    assert (4.0 / 3.0 * math.pi * bed.radius**3).sum() / bed.container.volume > 0.48
 
 
 @pytest.mark.slow
@@ -115,7 +118,8 @@ def test_broad_sizes_are_as_dense_above_the_roof_of_a_bend_as_below_it(tmp_path)
             [arm - 0.15, -0.15, 0.1], [arm + 0.15, 0.15, 0.7], (20_000, 3)
         )
         distance, index = cKDTree(bed.position).query(points, k=16)
-        assert (distance < bed.radius[index]).any(axis=1).mean() > 0.585
+        # 20 seeds: 0.612 to 0.637.
+        assert (distance < bed.radius[index]).any(axis=1).mean() > 0.595
 
 
 @pytest.mark.parametrize("flip", ["none", "all", "some"])
@@ -176,7 +180,7 @@ def test_a_lance_that_reaches_out_of_an_open_top_is_solid_throughout(tmp_path):
     axis = np.hypot(bed.position[:, 0], bed.position[:, 1])
     assert (bed.position[:, 2] <= 2.0).all()
     assert (axis[bed.position[:, 2] > 0.3] > 0.15).all()
-    assert bed.count > 600
+    assert bed.count > 790  # 20 seeds: 799 to 812.
 
 
 def test_a_tube_through_both_walls_is_solid(tmp_path):

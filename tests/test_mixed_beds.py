@@ -33,15 +33,21 @@ def shares(bed, slabs):
 
 @pytest.mark.physics
 @pytest.mark.parametrize(
-    ("ratio", "count", "fine", "core"),
-    [(3.0, 10_000, 0.3, 0.65), (5.0, 30_000, 0.3, 0.67), (5.0, 30_000, 0.5, 0.64)],
+    ("ratio", "count", "fine", "core", "off"),
+    [  # 20 seeds each: the core's solid fraction, and the share of the slab that is farthest off
+        (3.0, 10_000, 0.3, 0.65, 0.05),  # 0.663 to 0.689, by 0.005 to 0.034
+        (5.0, 30_000, 0.3, 0.67, 0.12),  # 0.683 to 0.718, by 0.044 to 0.093
+        (5.0, 30_000, 0.5, 0.67, 0.10),  # 0.686 to 0.720, by 0.026 to 0.073
+    ],
 )
-def test_two_sizes_are_mixed_at_every_height_and_fill_each_others_voids(tmp_path, ratio, count, fine, core):
+def test_two_sizes_are_mixed_at_every_height_and_fill_each_others_voids(
+    tmp_path, ratio, count, fine, core, off
+):
     bed = two_sizes(tmp_path, ratio, fine, count)
     assert bed.count == count
     assert solid_fraction(bed).core > core
-    assert contacts(bed)[-1].none < 0.02
-    assert np.abs(shares(bed, 4) - (1.0 - fine)).max() < 0.1
+    assert contacts(bed)[-1].none < 0.015  # 20 seeds: at most 0.0099.
+    assert np.abs(shares(bed, 4) - (1.0 - fine)).max() < off
 
 
 def test_the_last_sphere_of_broad_sizes_finds_a_place_in_a_nearly_empty_vessel(tmp_path):
@@ -58,4 +64,4 @@ def test_the_last_sphere_of_broad_sizes_finds_a_place_in_a_nearly_empty_vessel(t
     result = run_scene(
         tmp_path, vessel, sets, zones=[zone], materials={"smooth": {"friction": 0.05}}, seed=157
     )
-    assert result.zones[0].placed == result.zones[0].asked > 800  # 863 of this seed
+    assert result.zones[0].placed == result.zones[0].asked > 850  # 20 seeds: 864 to 867.

@@ -29,4 +29,4 @@ def test_a_bed_of_eight_sieves_over_a_decade_has_the_mass_fractions_asked_for(tm
     assert bed.count == COUNT
     mass = bed.radius**3
     reached = [mass[2.0 * bed.radius <= each].sum() / mass.sum() for each in DIAMETERS]
-    np.testing.assert_allclose(reached, PASSING, rtol=0, atol=5e-3)
+    np.testing.assert_allclose(reached, PASSING, rtol=0, atol=1e-3)  # 20 seeds: at most 0.00023 off.

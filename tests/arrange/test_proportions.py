@@ -49,7 +49,10 @@ def test_where_a_set_found_no_room_the_others_stay(count):
     assert abs(count[0] - count[1]) > TRIM_SHARE * sum(count)
 
 
-@pytest.mark.parametrize(("ratio", "filled"), [(4.0, 0.50), (8.0, 0.58)])
+@pytest.mark.parametrize(
+    ("ratio", "filled"),
+    [(4.0, 0.50), (8.0, 0.59)],  # 20 seeds: 0.519 to 0.574, 0.604 to 0.621.
+)
 def test_large_spheres_find_their_room_under_a_low_lid(tmp_path, ratio, filled):
     sets = [constant(0.03), constant(0.03 / ratio)]
     zone = {"set_proportions": [0.8, 0.2], "proportions_by": "volume"}
@@ -60,8 +63,11 @@ def test_large_spheres_find_their_room_under_a_low_lid(tmp_path, ratio, filled):
     assert 4.0 / 3.0 * np.pi * (result.bed.radius**3).sum() > filled * 0.3 * 0.3 * 0.2
 
 
-@pytest.mark.parametrize(("optimizer", "width"), [("projection", 0.8), ("adam", 0.5)])
-def test_a_zone_filled_until_full_has_its_proportions_to_the_sphere(tmp_path, optimizer, width):
+@pytest.mark.parametrize(
+    ("optimizer", "width", "least"),
+    [("projection", 0.8, 596), ("adam", 0.5, 118)],  # 20 seeds: 605 to 620, 124 to 134.
+)
+def test_a_zone_filled_until_full_has_its_proportions_to_the_sphere(tmp_path, optimizer, width, least):
     sets = [constant(0.05), constant(0.04)]
     zone = {"set_proportions": [0.7, 0.3], "proportions_by": "number"}
     result = run_scene(
@@ -69,4 +75,4 @@ def test_a_zone_filled_until_full_has_its_proportions_to_the_sphere(tmp_path, op
     )
     count = np.bincount(result.bed.set_index)
     assert np.array_equal(count, largest_remainder(np.array([0.7, 0.3]), int(count.sum())))
-    assert result.zones[0].placed == result.bed.count > 90
+    assert result.zones[0].placed == result.bed.count > least

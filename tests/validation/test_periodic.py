@@ -55,13 +55,14 @@ def test_an_overlap_across_each_seam_is_seen_by_solver_check_and_prediction(tmp_
 @pytest.mark.parametrize("sizes", [constant(0.05), uniform(0.03, 0.1)], ids=["constant", "wide"])
 @pytest.mark.parametrize("axes", AXES)
 def test_a_periodic_bed_stands_in_both_solvers_and_loses_nothing(tmp_path, axes, sizes):
-    container = box((0, 0, 0), (0.8, 0.8, 1)) | {"periodic": list(axes)}
+    container = box((0, 0, 0), (0.6, 0.6, 0.8)) | {"periodic": list(axes)}
     bed = pack(*read_scene(tmp_path, container, sizes)).bed
     for solver in DECKS:
         report = judge(solver, bed, tmp_path / solver, Limits(free_fall_times=10.0))
         assert report.step_zero.force_max == 0.0
         run = report.gravity_run
         assert run.lost == ()
+        # 20 seeds in LIGGGHTS: 0.085 to 0.163 of equal spheres, 0.069 to 0.357 of the wide sizes.
         assert run.displacement_mean < 0.5
         if bed.endless:
             assert run.displacement_max == 0.0, "without gravity nothing moves that does not overlap"

@@ -26,7 +26,8 @@ def test_a_vessel_is_filled_as_densely_as_a_cylinder_and_loses_nothing_in_ligggh
     assert found.overlap <= 1e-6
     assert found.wall_overlap <= 1e-6
     assert found.outside == 0
-    assert found.core == pytest.approx(cylinder_core(sizes), abs=0.02)
+    # 20 seeds of the lognormal sizes in the U-bend: less by 0.0155 to more by 0.0047, -0.006 +- 0.005.
+    assert found.core == pytest.approx(cylinder_core(sizes), abs=0.025)
     assert found.core_share > 0.05
     assert found.lost == 0
     assert found.force <= 1.0

@@ -68,7 +68,7 @@ def test_a_zone_that_is_full_already_takes_no_more_spheres(tmp_path, small_first
     sets = [{"name": name, **constant(radius)} for name, radius in zip("ab", radii, strict=True)]
     zones = [{"set_proportions": [1, 0]}, {"set_proportions": [0, 1], "n_particles": 60}]
     result = run_scene(tmp_path, {"cylinder": {"radius": 0.2, "height": 0.4}}, sets, zones=zones)
-    assert result.zones[0].placed > 50
+    assert result.zones[0].placed > (410 if small_first else 84)  # 20 seeds: 415 to 424, 88 to 96.
     # Small ones find gaps at the walls and under the lid. 24 seeds: 23 +- 4 of 60.
     assert result.zones[1].placed < (1 if small_first else 40)
 
@@ -86,7 +86,7 @@ def test_zones_side_by_side_both_fill_from_their_floor(tmp_path):
         assert high > 0.4 - radius
         own = bed.zone_index == zone
         filled = 4 / 3 * np.pi * (bed.radius[own] ** 3).sum() / (0.2 * 0.2 * 0.4)
-        assert filled > 0.45
+        assert filled > 0.45  # 20 seeds: 0.475 to 0.515.
 
 
 def test_a_zone_below_one_that_was_filled_first_fills_up_to_it(tmp_path):

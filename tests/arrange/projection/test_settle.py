@@ -63,7 +63,7 @@ def test_what_is_kept_overlaps_nothing(sink, high):
     before = ball.copy()
     position, kept = settle(ball, 150, CUBE, DOWN, Recipe(), sink=sink)
     assert np.array_equal(ball, before), "what was given is as it was: radii, and the fixed spheres"
-    assert kept.sum() > 120
+    assert kept.sum() > 142  # 20 seeds: 146 to 150.
     position, radius = position[kept], ball[:150, 3][kept]
     assert depths(position, radius).max() <= TOLERANCE
     assert depths(position, radius, fixed).max() <= TOLERANCE
@@ -77,7 +77,7 @@ def test_only_spheres_that_do_not_fit_are_thrown_back_and_counted():
     stats = SettleStats()
     ball = crowd(900, low=0.06, high=0.06)  # solid fraction 0.81, random packings reach 0.64, less at walls
     position, kept = settle(ball, 900, CUBE, DOWN, Recipe(), stats)
-    assert 500 < kept.sum() < 700
+    assert 555 < kept.sum() < 595  # 20 seeds: 568 to 580.
     assert stats.thrown_back == 900 - kept.sum()
     assert np.isfinite(position).all()
     assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
@@ -138,7 +138,7 @@ def test_no_tolerance_leaves_the_layer_as_the_sinking_left_it():
     ball = crowd(300, low=0.08, high=0.08)
     position, kept = settle(ball, 300, CUBE, DOWN, recipe)
     assert kept.all()
-    assert depths(position, ball[:, 3]).max() > 1e-3
+    assert depths(position, ball[:, 3]).max() > 0.2  # 20 seeds: 0.37 to 0.58.
 
 
 def test_an_empty_layer_is_done_at_once():
@@ -154,7 +154,7 @@ def test_cones_and_slices_hold_their_spheres():
     ball[:, :3] = 0.5 + 0.3 * (ball[:, :3] - 0.5)
     position, kept = settle(ball, 60, walls_of(cone, sheet), DOWN, Recipe())
     position, radius = position[kept], ball[kept, 3]
-    assert kept.sum() > 40
+    assert kept.sum() > 53  # 20 seeds: 57 to 60.
     off = np.hypot(*(position[:, :2] - 0.5).T)
     room = ((0.2 + 0.3 * position[:, 2]) - off) / np.hypot(1.0, 0.3) - radius
     assert room.min() >= -TOLERANCE * radius.max()
@@ -166,7 +166,7 @@ def test_cones_and_slices_hold_their_spheres():
 def test_plain_torch_settles_as_well(sink):
     ball = crowd(60)
     position, kept = settle(ball, 60, CUBE, DOWN, Recipe(), sink=sink, device="torch")
-    assert kept.sum() > 50
+    assert kept.sum() > 56  # 20 seeds: 60.
     assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
 
 
@@ -272,7 +272,7 @@ def test_spheres_of_one_body_may_overlap_and_those_of_two_may_not(sink, device):
     within = body[first] == body[second]
     overlap = depths(position, ball[:, 3])
     assert overlap[~within].max() <= TOLERANCE
-    assert overlap[within].max() > 0.1
+    assert overlap[within].max() > 0.1  # 20 seeds: 0.50 to 1.97.
 
 
 def test_two_spheres_in_one_place_stay_there_where_they_are_one_body():
@@ -310,7 +310,7 @@ def test_a_crowd_of_bodies_loses_none_in_part():
     stats = SettleStats()
     _, kept = settle(ball, 700, CUBE, DOWN, Recipe(), stats, body_index=body)
     assert np.array_equal(kept[::2], kept[1::2])
-    assert 0 < kept.sum() < 700
+    assert 0 < kept.sum() < 700  # 20 seeds: 394 to 424.
     assert stats.thrown_back == 700 - kept.sum()
 
 
