@@ -57,8 +57,8 @@ def is_loadable(case: Case) -> bool:
 
 
 def _moduli(case: Case) -> tuple[float, float]:
-    """Return the smallest and the largest of Young's moduli [Pa]; the default is what a set without has."""
-    values = [each["youngs_modulus"] for each in case.data.get("materials", {}).values()]
+    """Return the smallest and the largest of Young's moduli [Pa]; the default is what a material without has."""
+    values = [each.get("youngs_modulus", DEFAULT_MODULUS) for each in case.data.get("materials", {}).values()]
     return min([*values, DEFAULT_MODULUS]), max([*values, DEFAULT_MODULUS])
 
 
