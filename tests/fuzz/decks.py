@@ -57,7 +57,7 @@ def is_loadable(case: Case) -> bool:
 
 
 def _moduli(case: Case) -> tuple[float, float]:
-    """Return the smallest and the largest of Young's moduli [Pa]; the default is what a material without has."""
+    """Return the smallest and the largest Young's modulus [Pa]; who names none has the default."""
     values = [each.get("youngs_modulus", DEFAULT_MODULUS) for each in case.data.get("materials", {}).values()]
     return min([*values, DEFAULT_MODULUS]), max([*values, DEFAULT_MODULUS])
 
