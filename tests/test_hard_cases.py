@@ -17,6 +17,7 @@ from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.projection.settle import settle
 from packgen.arrange.space.walls import wall_table
 from packgen.errors import PackingError
+from packgen.filling.pack import pack
 from packgen.geometry import Box
 from packgen.supply.supply import Supply
 from tests.scenes import box, constant, read_scene, run_scene, uniform
@@ -141,6 +142,16 @@ def test_more_spheres_than_fit_are_counted_as_left_over(tmp_path):
     result = run_scene(tmp_path, CUBE, constant(0.1), zones=[{"n_particles": 170}])
     assert 110 <= result.bed.count <= 124  # 20 seeds: 114 to 120.
     assert result.zones[0].left_over == 170 - result.bed.count
+
+
+def test_a_full_vessel_that_no_end_game_judges_takes_no_more_spheres(tmp_path):
+    cone = {"cone": {"radius_bottom": 0.0, "radius_top": 0.185, "height": 0.207}}
+    low = {"location": {"slice": {"axis": "z", "min_bound": 0.0, "max_bound": 0.16}}, "n_particles": 1}
+    scene, vessel = read_scene(
+        tmp_path, cone, constant(0.0682) | {"material": "ice"}, zones=[low, {}], params={"tolerance": None},
+        materials={"ice": {"friction": 0.05}},
+    )  # fmt: skip
+    assert 1 <= pack(scene, vessel).bed.count < 12
 
 
 def test_one_sphere_comes_to_rest_on_the_floor(tmp_path):

@@ -46,9 +46,15 @@ def fill_in_layers(
     surface = loop.surface
     batch, stalled, thrown_back = first_batch, 0.0, 0
     while not zone.supply.finished and stalled < STALLED_MAX and surface.base < zone.region.ceiling:
+        level = surface.level
         gained, back, tried = loop.add(batch)
         thrown_back += back
-        stalled = 0.0 if gained > STALLED_SHARE or not surface.started else stalled + failure(tried)
+        # Without an end game a full vessel takes any number of spheres, one inside the other.
+        crammed = recipe.tolerance is None and surface.level < level + STALLED_SHARE * surface.thickness
+        if not surface.started or (gained > STALLED_SHARE and not crammed):
+            stalled = 0.0
+        else:
+            stalled += 1.0 if crammed else failure(tried)
         if stalled >= STALLED_MAX and not zone.supply.finished and (loop.put_singly(batch) or loop.climb()):
             # Another chamber may lie above a throat, or a tip may widen. One layer there will tell.
             stalled = STALLED_MAX - 1.0
