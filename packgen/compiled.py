@@ -6,7 +6,8 @@ compiled loops call: it has to take Python's objects apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, TypeVar
 
@@ -22,7 +23,11 @@ _compile: Callable[..., Any] = partial(
 
 
 def loop(function: Loop) -> Loop:
-    """Compile a loop that Python calls; it frees the interpreter's lock while it runs."""
+    """Compile a loop that Python calls; it frees the interpreter's lock while it runs.
+
+    It must not return named tuples. Numba makes them by Python code, in which a signal that has come raises
+    its error, and the process ends by a segmentation fault.
+    """
     compiled: Loop = _compile()(function)
     return compiled
 
@@ -37,3 +42,18 @@ def inlined(function: Loop) -> Loop:
     """Have a few lines written out wherever a compiled loop calls them."""
     compiled: Loop = _compile(inline="always")(function)
     return compiled
+
+
+@contextmanager
+def signals_heard() -> Iterator[None]:
+    """Raise a signal's own error where it came up inside the call of a compiled loop.
+
+    Python finds a result and an error at once, which makes a ``SystemError`` of it.
+    """
+    try:
+        yield
+    except SystemError as error:
+        first: BaseException = error
+        while isinstance(first, SystemError) and first.__cause__ is not None:
+            first = first.__cause__
+        raise first from None

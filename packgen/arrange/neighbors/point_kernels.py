@@ -35,7 +35,6 @@ class PointGrid(NamedTuple):
     order: NDArray[np.int64]
 
 
-@loop
 def point_grid(
     points: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]
 ) -> PointGrid:
@@ -49,6 +48,14 @@ def point_grid(
     Returns:
         The points in their cells.
     """
+    return PointGrid(points, period, *sorted_points(points, low, period))
+
+
+@loop
+def sorted_points(  # type: ignore[no-untyped-def]
+    points: NDArray[np.float64], low: NDArray[np.float64], period: NDArray[np.float64]
+):
+    """Return corner, cell size, cells, first slots and order of points in a grid; see ``PointGrid``."""
     count = len(points)
     corner, extent = np.empty(3), np.empty(3)
     for axis in range(3):
@@ -81,7 +88,7 @@ def point_grid(
     for p in range(count):
         order[fill[key[p]]] = p
         fill[key[p]] += 1
-    return PointGrid(points, period, corner, size, cells, start, order)
+    return corner, size, cells, start, order
 
 
 @loop

@@ -27,12 +27,13 @@ from packgen.arrange.projection.sweep_kernels import (
     sweep,
 )
 from packgen.arrange.projection.throw_back import spheres_to_go
+from packgen.arrange.space.map_kernels import WallList
 from packgen.arrange.space.seams import is_periodic, wrapped_coordinate
 from packgen.arrange.space.walls import WallTable, walls_in_reach
 from packgen.compiled import inlined, inner_loop, loop
 
 
-@loop
+@inner_loop
 def rebuilt(  # type: ignore[no-untyped-def]
     spheres: LayerSpheres, lists: Lists, walls: WallTable, skin: float
 ):
@@ -68,7 +69,8 @@ def rebuilt(  # type: ignore[no-untyped-def]
         anchor.margin[i] = reach[i] - ball[i, 3]
         for axis in range(3):
             anchor.center[i, axis] = ball[i, axis]
-    near = walls_in_reach(ball, anchor.margin, walls, lists.near)
+    begin, item, room = walls_in_reach(ball, anchor.margin, walls, lists.near)
+    near = WallList(begin, item, room)
     work = Work(np.empty(len(pairs.owner) + 1, np.int32), np.empty((len(ball), 3)))
     return spheres, Lists(pairs, seam, near, anchor, work)
 
@@ -139,7 +141,7 @@ def any_left(spheres: LayerSpheres) -> bool:
     return False
 
 
-@loop
+@inner_loop
 def run_sweeps(  # type: ignore[no-untyped-def]
     spheres: LayerSpheres,
     lists: Lists,
@@ -199,3 +201,45 @@ def run_sweeps(  # type: ignore[no-untyped-def]
         calm = not schedule.sinking[at] and not worst > schedule.calm
         looking = calm or schedule.limit[at] < math.inf
     return spheres, lists, Tally(number, rebuilds, thrown, strays, False)
+
+
+@inlined
+def plain(spheres: LayerSpheres, lists: Lists):  # type: ignore[no-untyped-def]
+    """Return spheres and lists as tuples without names, which alone a loop may give back to Python."""
+    ball, previous, weight, identity, body, reference = spheres
+    (owner, neighbor), (first, second, offset), (begin, item, room), (center, margin), work = lists
+    touching, shift = work
+    return (
+        (ball, previous, weight, identity, body, reference),
+        (
+            (owner, neighbor),
+            (first, second, offset),
+            (begin, item, room),
+            (center, margin),
+            (touching, shift),
+        ),
+    )
+
+
+@loop
+def rebuilt_plain(  # type: ignore[no-untyped-def]
+    spheres: LayerSpheres, lists: Lists, walls: WallTable, skin: float
+):
+    """Do what ``rebuilt`` does; see ``plain``."""
+    spheres, lists = rebuilt(spheres, lists, walls, skin)
+    return plain(spheres, lists)
+
+
+@loop
+def run_sweeps_plain(  # type: ignore[no-untyped-def]
+    spheres: LayerSpheres,
+    lists: Lists,
+    walls: WallTable,
+    down: NDArray[np.float64],
+    schedule: Schedule,
+    strays: int,
+):
+    """Do what ``run_sweeps`` does; see ``plain``."""
+    spheres, lists, tally = run_sweeps(spheres, lists, walls, down, schedule, strays)
+    sweeps, rebuilds, thrown, strays, done = tally
+    return plain(spheres, lists), (sweeps, rebuilds, thrown, strays, done)

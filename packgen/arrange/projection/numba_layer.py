@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import Pairs
 from packgen.arrange.neighbors.seam_pairs import SeamPairs
-from packgen.arrange.projection.layer_kernels import rebuilt, run_sweeps
+from packgen.arrange.projection.layer_kernels import rebuilt_plain, run_sweeps_plain
 from packgen.arrange.projection.recipe import Schedule, Step, Tally
 from packgen.arrange.projection.sweep_kernels import (
     Anchor,
@@ -17,6 +19,7 @@ from packgen.arrange.projection.sweep_kernels import (
     sphere_overlaps,
     sweep,
 )
+from packgen.arrange.space.map_kernels import WallList
 from packgen.arrange.space.walls import WallTable, no_walls
 from packgen.arrays import Float64Array, Int64Array
 
@@ -54,15 +57,19 @@ class FusedLayer:
 
     def run(self, down: Float64Array, schedule: Schedule, strays: int) -> Tally:
         """Run the sweeps of a schedule; see ``layer_kernels.run_sweeps``."""
-        self.spheres, self.lists, tally = run_sweeps(
-            self.spheres, self.lists, self.walls, down, schedule, strays
-        )
-        result: Tally = tally
-        return result
+        state, tally = run_sweeps_plain(self.spheres, self.lists, self.walls, down, schedule, strays)
+        self._take(*state)
+        return Tally(*tally)
 
     def rebuild(self, skin: float) -> None:
         """Sort the spheres by cell and list their neighbours and walls anew."""
-        self.spheres, self.lists = rebuilt(self.spheres, self.lists, self.walls, skin)
+        self._take(*rebuilt_plain(self.spheres, self.lists, self.walls, skin))
+
+    def _take(self, spheres: tuple[Any, ...], lists: tuple[Any, ...]) -> None:
+        """Give what a loop has returned its names again; see ``layer_kernels.plain``."""
+        pairs, seam, near, anchor, work = lists
+        self.spheres = LayerSpheres(*spheres)
+        self.lists = Lists(Pairs(*pairs), SeamPairs(*seam), WallList(*near), Anchor(*anchor), Work(*work))
 
     def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Run one sweep; see ``sweep_kernels.sweep``."""

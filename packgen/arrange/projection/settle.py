@@ -17,6 +17,7 @@ from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.space.walls import WallTable
 from packgen.arrays import Float64Array, Int32Array
 from packgen.bodies import whole_bodies
+from packgen.compiled import signals_heard
 from packgen.portable import cube, whole_power
 
 STEPS_MAX = 2_000_000
@@ -63,6 +64,30 @@ def settle(
         Those that did overlap neither each other nor a fixed sphere nor a wall; only spheres of their own
         body.
     """
+    with signals_heard():
+        layer = _arranged(ball, moving, walls, down, recipe, stats or SettleStats(), sink, device, body_index)
+        found = layer.positions()
+    position = ball[:moving, :3].copy()
+    still_in = ~np.isnan(found[:, 0])
+    place = layer.identity[still_in]
+    kept = np.zeros(moving, bool)
+    kept[place] = True
+    position[place] = found[still_in]
+    return position, whole_bodies(kept, body_index)
+
+
+def _arranged(
+    ball: Float64Array,
+    moving: int,
+    walls: WallTable,
+    down: Float64Array,
+    recipe: Recipe,
+    stats: SettleStats,
+    sink: bool,
+    device: str,
+    body_index: Int32Array | None,
+) -> Layer:
+    """Return the layer in which the spheres have come to rest; see ``settle``."""
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
     layer = make_layer(arranged, moving, walls, device, body_numbers(body_index))
@@ -71,15 +96,8 @@ def settle(
     if sink and moving and radius.min() < radius.max():
         recipe = recipe.of_sizes(float(np.sum(whole_power(radius, 4)) / np.sum(cube(radius))) / reference)
     # One kind of array: the compiled loop is made for it alone.
-    _relax(layer, np.array(down, np.float64), recipe, stats or SettleStats(), sink)
-    position = ball[:moving, :3].copy()
-    found = layer.positions()
-    still_in = ~np.isnan(found[:, 0])
-    place = layer.identity[still_in]
-    kept = np.zeros(moving, bool)
-    kept[place] = True
-    position[place] = found[still_in]
-    return position, whole_bodies(kept, body_index)
+    _relax(layer, np.array(down, np.float64), recipe, stats, sink)
+    return layer
 
 
 def _relax(layer: Layer, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool) -> None:

@@ -28,7 +28,7 @@ from packgen.arrange.space.map_kernels import (
     wall_candidates,
 )
 from packgen.arrange.space.seams import NO_SEAMS, Seams
-from packgen.arrays import Float64Array, unique_rows
+from packgen.arrays import Float64Array, Int32Array, Int64Array, unique_rows
 from packgen.compiled import inlined
 from packgen.geometry import Ball, Box, Cone, Mesh, Polyhedron, Shape, Slice, Surface
 from packgen.portable import cube_root
@@ -91,7 +91,9 @@ def wall_table(
 
 
 @inlined
-def walls_in_reach(ball: Float64Array, margin: Float64Array, walls: WallTable, before: WallList) -> WallList:
+def walls_in_reach(
+    ball: Float64Array, margin: Float64Array, walls: WallTable, before: WallList
+) -> tuple[Int64Array, Int32Array, Float64Array]:
     """List the wall features that each moving sphere can reach before the next rebuild.
 
     Args:
@@ -101,14 +103,14 @@ def walls_in_reach(ball: Float64Array, margin: Float64Array, walls: WallTable, b
         before: The list before, whose arrays are written over where they are long enough.
 
     Returns:
-        The list; of triangles a sphere's nearest one comes first.
+        The arrays of a ``WallList``; of triangles a sphere's nearest one comes first.
     """
     begin = np.empty(len(margin) + 1, np.int64)
     item, room = before.item, before.room
     while wall_candidates(ball, margin, walls.features, walls.near, begin, item, room) < 0:
         length = max(2 * len(item), 2 * len(margin) + 4096)
         item, room = np.empty(length, np.int32), np.empty(length)
-    return WallList(begin, item, room)
+    return begin, item, room
 
 
 def no_walls() -> WallList:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from packgen.arrange.space.feature_kernels import wall_gap
-from packgen.arrange.space.map_kernels import least_gap
+from packgen.arrange.space.map_kernels import WallList, least_gap
 from packgen.arrange.space.walls import no_walls, wall_table, walls_in_reach
 from packgen.geometry import Ball, Cone, Polyhedron, Surface
 from packgen.geometry.bounds import shape_bounds
@@ -45,7 +45,7 @@ def test_a_sphere_beyond_the_vessel_meets_every_wall_that_it_is_behind(shape, fa
     least = least_gap(position, radius, features, table.near)
     np.testing.assert_array_equal(least[least < 0.01], gap.min(axis=0)[least < 0.01])
     np.testing.assert_array_equal(least < 0.01, gap.min(axis=0) < 0.01)
-    listed = walls_in_reach(ball, np.full(len(ball), 0.01), table, no_walls())
+    listed = WallList(*walls_in_reach(ball, np.full(len(ball), 0.01), table, no_walls()))
     owner = np.repeat(np.arange(len(ball)), np.diff(listed.begin))
     pairs = sorted(zip(listed.item[: listed.begin[-1]], owner, strict=True))
     assert pairs == list(zip(*np.nonzero(gap < 0.01), strict=True))
