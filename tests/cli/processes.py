@@ -9,14 +9,6 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-SCENE = """
-container: {box: {min: [0, 0, 0], max: [1, 1, 1]}}
-seed: 7
-particle_sets:
-  - {name: pellets, radius_distribution: constant, radius: 0.1}
-zones:
-  - {n_particles: 125}
-"""
 LATTICE = [sys.executable, "-m", "tests.cli.lattice_run"]
 REAL = [sys.executable, "-m", "packgen"]
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.processes import REAL, SCENE, start, wait_for
+from tests.cli.processes import REAL, start, wait_for
+from tests.cli.scenes import SCENE
 
 pytestmark = pytest.mark.slow  # each starts processes
 STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from packgen.cli.screen import Screen, say
-from tests.cli.processes import SCENE, in_shell
+from tests.cli.processes import in_shell
+from tests.cli.scenes import SCENE
 
 FAILING = [
     '"$@" >/dev/full',

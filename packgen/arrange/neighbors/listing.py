@@ -6,7 +6,6 @@ import numpy as np
 
 from packgen.arrange.neighbors.list_kernels import (
     CellStarts,
-    Pairs,
     SortedSpheres,
     cell_keys,
     fill_list,
@@ -17,9 +16,9 @@ from packgen.compiled import inner_loop, loop
 
 
 @loop
-def list_pairs(
+def list_pairs(  # type: ignore[no-untyped-def]
     ball: Float64Array, reach: Float64Array, moving: int, neighbor: Int32Array
-) -> tuple[Int64Array, SortedSpheres, Pairs]:
+):
     """Sort spheres by cell and list the pairs that are close.
 
     Args:
@@ -29,7 +28,8 @@ def list_pairs(
         neighbor: Array for the list; where it is too short a longer one takes its place.
 
     Returns:
-        (place of each sorted sphere among those given, shape (N,); the spheres, sorted; their pairs).
+        (place of each sorted sphere among those given, shape (N,); the arrays of ``SortedSpheres`` and of
+        ``Pairs``).
     """
     count = len(ball)
     grids, level = level_grids(ball, reach)
@@ -48,7 +48,7 @@ def list_pairs(
     while True:
         total = fill_list(spheres, moving, grids, starts, begin, neighbor)
         if total >= 0:
-            return order, spheres, Pairs(owners(begin), neighbor)
+            return order, (spheres.ball, spheres.reach, spheres.level), (owners(begin), neighbor)
         neighbor = np.empty(max(2 * len(neighbor), 24 * count + 4096), np.int32)
 
 

@@ -83,7 +83,7 @@ def images(ball: Float64Array, reach: Float64Array, seams: Seams) -> tuple[Int64
 
 
 @inlined
-def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seams) -> SeamPairs:
+def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seams):  # type: ignore[no-untyped-def]
     """List the pairs that are close across a seam.
 
     Args:
@@ -93,24 +93,24 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
         seams: The periods, each more than twice as long as any pair's reach.
 
     Returns:
-        The pairs.
+        The arrays of ``SeamPairs``.
     """
     image, shift = images(ball, reach, seams)
     partner = near_seams(ball, reach, seams)
     split = len(image)
     if split == 0:
-        return SeamPairs(np.empty(split, np.int32), np.empty(split, np.int32), np.empty((split, 3)))
+        return np.empty(split, np.int32), np.empty(split, np.int32), np.empty((split, 3))
     both, reaches = np.empty((split + len(partner), 4)), np.empty(split + len(partner))
     for k in range(len(both)):
         i = image[k] if k < split else partner[k - split]
         for axis in range(3):
             both[k, axis] = ball[i, axis] + (shift[k, axis] if k < split else 0.0)
         both[k, 3], reaches[k] = ball[i, 3], reach[i]
-    order, _, pairs = list_pairs(both, reaches, split, np.empty(0, np.int32))
-    count, most = 0, len(pairs.owner)
+    order, _, (owners, others) = list_pairs(both, reaches, split, np.empty(0, np.int32))
+    count, most = 0, len(owners)
     found = SeamPairs(np.empty(most, np.int32), np.empty(most, np.int32), np.empty((most, 3)))
-    for k in range(len(pairs.owner)):
-        owner, other = pairs.owner[k], pairs.neighbor[k]
+    for k in range(most):
+        owner, other = owners[k], others[k]
         if (owner < split) == (other < split):
             continue  # two images, or two spheres of the box
         one = order[min(owner, other)]
@@ -120,7 +120,7 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
             for axis in range(3):
                 found.offset[count, axis] = shift[one, axis]
             count += 1
-    return SeamPairs(found.first[:count], found.second[:count], found.offset[:count])
+    return found.first[:count], found.second[:count], found.offset[:count]
 
 
 @inner_loop

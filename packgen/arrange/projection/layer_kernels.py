@@ -17,7 +17,7 @@ from packgen.arrange.projection.pair_rules import (
     with_their_bodies,
 )
 from packgen.arrange.projection.ranks import closed_ranks
-from packgen.arrange.projection.recipe import Schedule, Step, Tally
+from packgen.arrange.projection.recipe import Schedule, Step
 from packgen.arrange.projection.sweep_kernels import (
     Anchor,
     LayerSpheres,
@@ -51,10 +51,12 @@ def rebuilt(  # type: ignore[no-untyped-def]
     ball, previous, identity = closed_ranks(spheres.ball, spheres.previous, spheres.identity, walls.seams)
     moving = len(previous)
     reach = list_reach(ball, moving, skin, spheres.reference)
-    order, (ball, reach, _), pairs = list_pairs(ball, reach, moving, lists.pairs.neighbor)
+    order, (ball, reach, _), (owner, neighbor) = list_pairs(ball, reach, moving, lists.pairs.neighbor)
+    pairs = Pairs(owner, neighbor)
     seam = lists.seam
     if is_periodic(walls.seams.period):
-        seam = seam_pairs(ball, reach, moving, walls.seams)
+        first, second, offset = seam_pairs(ball, reach, moving, walls.seams)
+        seam = SeamPairs(first, second, offset)
     former, place = np.empty((moving, 3)), np.empty(moving, np.int64)
     for i in range(moving):
         place[i] = identity[order[i]]
@@ -141,68 +143,6 @@ def any_left(spheres: LayerSpheres) -> bool:
     return False
 
 
-@inner_loop
-def run_sweeps(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres,
-    lists: Lists,
-    walls: WallTable,
-    down: NDArray[np.float64],
-    schedule: Schedule,
-    strays: int,
-):
-    """Run the sweeps of a schedule with all that comes between them, as ``run_by_steps`` does one by one.
-
-    Args:
-        spheres: The spheres; their arrays change.
-        lists: What is near them; their arrays change.
-        walls: The walls.
-        down: Unit vector along which things fall, shape (3,).
-        schedule: What each sweep takes, S of them.
-        strays: Spheres that have outrun the lists so far; all of them where there are no lists yet.
-
-    Returns:
-        (the spheres that are left, their lists, what was done).
-    """
-    rebuilds, thrown, number, sink = 0, 0, 0, np.empty(3)
-    looking = False
-    while looking or number < len(schedule.fall):
-        at = number - looking
-        void = strays > 0 and not schedule.sinking[at]
-        if not looking:
-            void = strays > schedule.strays[at] * len(spheres.previous)
-        if void:
-            spheres, lists = rebuilt(spheres, lists, walls, schedule.skin[at])
-            rebuilds += 1
-        if looking:
-            looking = False
-            strays = 0 if void else strays
-            largest, blame = sphere_overlaps(spheres, lists, walls.features, down, schedule.scale)
-            if largest <= schedule.least and not schedule.sinking[at]:
-                return spheres, lists, Tally(number, rebuilds, thrown, strays, True)
-            limit = schedule.limit[at]
-            if limit < math.inf:
-                thrown += thrown_back(spheres, walls, blame, max(limit, schedule.least), schedule.throw_share)
-                if not any_left(spheres):
-                    # An empty layer has no neighbour list.
-                    return spheres, lists, Tally(number, rebuilds, thrown, strays, True)
-            continue
-        fall = spheres.reference * schedule.fall[number]
-        for axis in range(3):
-            sink[axis] = down[axis] * fall
-        step = Step(
-            schedule.momentum[number],
-            schedule.relaxation,
-            schedule.stride,
-            schedule.roughness[number],
-            schedule.far[number],
-        )
-        worst, strays = sweep(spheres, lists, walls.features, sink, step)
-        number += 1
-        calm = not schedule.sinking[at] and not worst > schedule.calm
-        looking = calm or schedule.limit[at] < math.inf
-    return spheres, lists, Tally(number, rebuilds, thrown, strays, False)
-
-
 @inlined
 def plain(spheres: LayerSpheres, lists: Lists):  # type: ignore[no-untyped-def]
     """Return spheres and lists as tuples without names, which alone a loop may give back to Python."""
@@ -222,16 +162,7 @@ def plain(spheres: LayerSpheres, lists: Lists):  # type: ignore[no-untyped-def]
 
 
 @loop
-def rebuilt_plain(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres, lists: Lists, walls: WallTable, skin: float
-):
-    """Do what ``rebuilt`` does; see ``plain``."""
-    spheres, lists = rebuilt(spheres, lists, walls, skin)
-    return plain(spheres, lists)
-
-
-@loop
-def run_sweeps_plain(  # type: ignore[no-untyped-def]
+def run_sweeps(  # type: ignore[no-untyped-def]
     spheres: LayerSpheres,
     lists: Lists,
     walls: WallTable,
@@ -239,7 +170,60 @@ def run_sweeps_plain(  # type: ignore[no-untyped-def]
     schedule: Schedule,
     strays: int,
 ):
-    """Do what ``run_sweeps`` does; see ``plain``."""
-    spheres, lists, tally = run_sweeps(spheres, lists, walls, down, schedule, strays)
-    sweeps, rebuilds, thrown, strays, done = tally
-    return plain(spheres, lists), (sweeps, rebuilds, thrown, strays, done)
+    """Run the sweeps of a schedule with all that comes between them, as ``run_by_steps`` does one by one.
+
+    Args:
+        spheres: The spheres; their arrays change.
+        lists: What is near them; their arrays change.
+        walls: The walls.
+        down: Unit vector along which things fall, shape (3,).
+        schedule: What each sweep takes, S of them.
+        strays: Spheres that have outrun the lists so far; all of them where there are no lists yet.
+
+    Returns:
+        ((the spheres that are left, their lists), what was done), see ``plain`` and ``Tally``.
+    """
+    rebuilds, thrown, number, sink = 0, 0, 0, np.empty(3)
+    looking = done = False
+    while not done and (looking or number < len(schedule.fall)):
+        at = number - looking
+        void = strays > 0 and not schedule.sinking[at]
+        if not looking:
+            void = strays > schedule.strays[at] * len(spheres.previous)
+        if void:
+            spheres, lists = rebuilt(spheres, lists, walls, schedule.skin[at])
+            rebuilds += 1
+        if looking:
+            looking = False
+            strays = 0 if void else strays
+            largest, blame = sphere_overlaps(spheres, lists, walls.features, down, schedule.scale)
+            done, limit = largest <= schedule.least and not schedule.sinking[at], schedule.limit[at]
+            if not done and limit < math.inf:
+                thrown += thrown_back(spheres, walls, blame, max(limit, schedule.least), schedule.throw_share)
+                # An empty layer has no neighbour list.
+                done = not any_left(spheres)
+            continue
+        fall = spheres.reference * schedule.fall[number]
+        for axis in range(3):
+            sink[axis] = down[axis] * fall
+        step = Step(
+            schedule.momentum[number],
+            schedule.relaxation,
+            schedule.stride,
+            schedule.roughness[number],
+            schedule.far[number],
+        )
+        worst, strays = sweep(spheres, lists, walls.features, sink, step)
+        number += 1
+        calm = not schedule.sinking[at] and not worst > schedule.calm
+        looking = calm or schedule.limit[at] < math.inf
+    return plain(spheres, lists), (number, rebuilds, thrown, strays, done)
+
+
+@loop
+def rebuilt_plain(  # type: ignore[no-untyped-def]
+    spheres: LayerSpheres, lists: Lists, walls: WallTable, skin: float
+):
+    """Do what ``rebuilt`` does; see ``plain``."""
+    spheres, lists = rebuilt(spheres, lists, walls, skin)
+    return plain(spheres, lists)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import Pairs
 from packgen.arrange.neighbors.seam_pairs import SeamPairs
-from packgen.arrange.projection.layer_kernels import rebuilt_plain, run_sweeps_plain
+from packgen.arrange.projection.layer_kernels import rebuilt_plain, run_sweeps
 from packgen.arrange.projection.recipe import Schedule, Step, Tally
 from packgen.arrange.projection.sweep_kernels import (
     Anchor,
@@ -57,7 +57,7 @@ class FusedLayer:
 
     def run(self, down: Float64Array, schedule: Schedule, strays: int) -> Tally:
         """Run the sweeps of a schedule; see ``layer_kernels.run_sweeps``."""
-        state, tally = run_sweeps_plain(self.spheres, self.lists, self.walls, down, schedule, strays)
+        state, tally = run_sweeps(self.spheres, self.lists, self.walls, down, schedule, strays)
         self._take(*state)
         return Tally(*tally)
 

@@ -76,10 +76,10 @@ def worst_of_groups(ball: Float64Array, blame: Float64Array, blamed: Int64Array)
             octave[k] += 1
         # A little farther than what counts: the list rounds differently.
         reach[k] = SQUEEZED * (1.0 + 1e-9) * group[k, 3]
-    order, _, pairs = list_pairs(group, reach, count, np.empty(0, np.int32))
+    order, _, (owner, neighbor) = list_pairs(group, reach, count, np.empty(0, np.int32))
     beaten = np.zeros(count, np.bool_)
-    for k in range(len(pairs.owner)):
-        a, b = order[pairs.owner[k]], order[pairs.neighbor[k]]
+    for k in range(len(owner)):
+        a, b = order[owner[k]], order[neighbor[k]]
         dx, dy, dz = group[a, 0] - group[b, 0], group[a, 1] - group[b, 1], group[a, 2] - group[b, 2]
         if math.sqrt(dx * dx + dy * dy + dz * dz) > SQUEEZED * (group[a, 3] + group[b, 3]):
             continue

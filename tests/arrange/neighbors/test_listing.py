@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from packgen.arrange.neighbors.list_kernels import SortedSpheres
 from packgen.arrange.neighbors.listing import list_pairs
 
 
@@ -13,7 +14,8 @@ def test_a_list_that_begins_too_short_holds_all_pairs_that_move(moving):
     rng = np.random.default_rng(3)
     ball = np.column_stack([rng.random((60, 3)), rng.choice([0.02, 0.2], 60)])
     reach = 1.2 * ball[:, 3]
-    order, spheres, (owner, neighbor) = list_pairs(ball, reach, moving, np.empty(1, np.int32))
+    order, arrays, (owner, neighbor) = list_pairs(ball, reach, moving, np.empty(1, np.int32))
+    spheres = SortedSpheres(*arrays)
     assert np.array_equal(spheres.ball, ball[order])
     assert np.array_equal(spheres.reach, reach[order])
     found = {frozenset(pair) for pair in zip(order[owner], order[neighbor[: len(owner)]], strict=True)}

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from packgen.arrange.projection.layer_kernels import run_sweeps_plain
+from packgen.arrange.projection.layer_kernels import run_sweeps
 from packgen.arrange.projection.numba_layer import FusedLayer
 from packgen.arrange.projection.pair_rules import list_reach
 from packgen.arrange.projection.recipe import SWEEPS_MAX, Recipe, Step
@@ -182,7 +182,7 @@ def test_all_layers_run_on_one_compiled_loop():
             down = DOWN if fixed else np.broadcast_to(DOWN, (3, 3))[1]
             body = np.repeat(np.arange(20, dtype=np.int32), 2)[: 40 - fixed] if fixed else None
             settle(ball, 40 - fixed, bounds_of(kind, 0.1), down, Recipe(), body_index=body)
-    assert len(run_sweeps_plain.signatures) == 1
+    assert len(run_sweeps.signatures) == 1
 
 
 def test_layers_run_in_threads_as_one_after_the_other():

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from packgen.arrange.neighbors.seam_pairs import seam_pairs
+from packgen.arrange.neighbors.seam_pairs import SeamPairs, seam_pairs
 from packgen.arrange.projection.numba_layer import FusedLayer
 from packgen.arrange.projection.pair_rules import list_reach
 from packgen.arrange.projection.recipe import Recipe, Step
@@ -43,7 +43,7 @@ def test_the_pairs_across_seams_are_those_of_brute_force(axes, seed, ratio, skin
     moving = int(rng.integers(0, count + 1))
     ball = np.column_stack([position, radius])
     reach = list_reach(ball, moving, skin, 1.0)
-    found = seam_pairs(ball, reach, moving, seams)
+    found = SeamPairs(*seam_pairs(ball, reach, moving, seams))
     listed = sorted(
         (min(i, j), max(i, j), *np.round(np.sign(j - i) * offset + 0.0, 6))
         for i, j, offset in zip(found.first, found.second, found.offset, strict=True)
