@@ -13,9 +13,23 @@ from typing import Any
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, read_only
-from packgen.geometry import Container, floor_direction
+from packgen.geometry import (
+    Ball,
+    Box,
+    Cone,
+    Container,
+    Mesh,
+    Polyhedron,
+    Shape,
+    Surface,
+    floor_direction,
+)
 
-__all__ = ["Bed", "Material", "ParticleSet", "is_askew", "with_images"]
+# Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
+__all__ = [
+    "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
+    "Surface", "is_askew", "with_images",
+]  # fmt: skip
 
 SHARE_ROUNDING = 1.0e-12  # component of a unit vector along an axis; a smaller one is rounding
 

@@ -292,7 +292,10 @@ def test_no_file_names_a_place_on_a_developers_machine():
     assert found == []
 
 
-def test_the_bed_offers_its_own_names_and_shapes_come_from_where_they_live():
+def test_a_plug_in_finds_the_bed_and_its_shapes_in_one_module():
     import packgen.bed
+    import packgen.geometry
 
-    assert {getattr(packgen.bed, name).__module__ for name in packgen.bed.__all__} == {"packgen.bed"}
+    shapes = ("Ball", "Box", "Cone", "Container", "Mesh", "Polyhedron", "Shape", "Surface")
+    assert set(packgen.bed.__all__) >= {"Bed", "Material", "ParticleSet", "with_images", *shapes}
+    assert all(getattr(packgen.bed, name) is getattr(packgen.geometry, name) for name in shapes)
