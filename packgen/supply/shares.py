@@ -9,6 +9,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.distributions import UNIT_VOLUME, Distribution
+from packgen.distributions.base import StepLaw
 from packgen.portable import cube
 
 if TYPE_CHECKING:
@@ -24,7 +25,15 @@ __all__ = [
     "reached_amounts",
     "reached_shares",
     "set_amounts",
+    "size_weights",
 ]
+
+CLASSES = 256
+"""Classes of equally many spheres that stand for a law; the last one, of the largest, is divided."""
+
+HALVINGS, PIECES = 32, 16
+"""How often that class is halved, the larger spheres apart, and pieces of each half: a broad law has much of
+its volume in very few spheres."""
 
 
 class SizedSet(Protocol):
@@ -116,6 +125,38 @@ def set_amounts(zone: Amount, sets: Sequence[SizedSet]) -> Float64Array:
         density = np.array([each.density for each in sets])
         share = share * density if by == "mass" else share / density
     return np.asarray((wanted or 0.0) * (share / share.sum()))
+
+
+def size_weights(share: Float64Array, sets: Sequence[SizedSet]) -> tuple[Float64Array, Float64Array]:
+    """Return radii that stand for the laws of some sets.
+
+    Args:
+        share: Share of the spheres, by number, that each set has, shape (S,).
+        sets: The sets.
+
+    Returns:
+        (radii [m], share of the spheres that has each), shape (k,) each; of a law in steps, its own.
+    """
+    radius, weight = [np.empty(0)], [np.empty(0)]
+    edge = _class_edges()
+    for part, each in zip(share, sets, strict=True):
+        law = each.distribution
+        if isinstance(law, StepLaw):
+            radius.append(law.radius)
+            weight.append(part * law.number)
+        else:
+            radius.append(law.quantile(0.5 * (edge[1:] + edge[:-1])))
+            weight.append(part * np.diff(edge))
+    joined = np.concatenate(weight)
+    return np.concatenate(radius)[joined > 0.0], joined[joined > 0.0]
+
+
+def _class_edges() -> Float64Array:
+    """Return the bounds of classes as shares of the spheres, from 0 to 1, finer and finer towards 1."""
+    above = np.ldexp(1.0, -np.arange(HALVINGS + 1)) / CLASSES
+    piece = np.arange(PIECES) / PIECES
+    last = (above[:-1, None] + piece * (above[1:] - above[:-1])[:, None]).ravel()
+    return np.concatenate([np.arange(CLASSES - 1) / CLASSES, 1.0 - last, [1.0]])
 
 
 def largest_remainder(share: Float64Array, count: int) -> Int64Array:

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Sequence
 from copy import copy, deepcopy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,8 +20,9 @@ from packgen.bodies import are_in_rows, body_starts, joined_bodies
 from packgen.distributions import UNIT_VOLUME, Listed
 from packgen.errors import PackingError
 from packgen.portable import cube, cube_root, whole_power
+from packgen.supply.close_packing import EQUAL_SPHERES, close_packing_fraction
 from packgen.supply.fitting import Pool, SumFit, fit_by_amount, fit_by_number
-from packgen.supply.mixtures import mixed_order, mixture_fraction, size_classes
+from packgen.supply.mixtures import mixed_order
 from packgen.supply.shares import (
     Amount,
     SizedSet,
@@ -29,6 +31,7 @@ from packgen.supply.shares import (
     mean_weights,
     number_shares,
     set_amounts,
+    size_weights,
 )
 
 __all__ = ["Draw", "Supply"]
@@ -146,9 +149,17 @@ class Supply:
         """Whether sizes differ by more than a factor of two: large spheres then choose their places first."""
         return self.radius_max > 2.0 * self.radius_min
 
+    @cached_property
+    def close_packing(self) -> float:
+        """Solid fraction of a random close packing of these spheres."""
+        return close_packing_fraction(*self._sizes)
+
     def solid_fraction(self, alone: float) -> float:
-        """Return the solid fraction of a bed of these spheres where that of equal ones is ``alone``."""
-        return mixture_fraction(*self._sizes, alone)
+        """Return the solid fraction of a bed of these spheres where that of equal ones is ``alone``.
+
+        A bed is taken to be as far below random close packing, in proportion, as that of equal spheres.
+        """
+        return alone * (self.close_packing / EQUAL_SPHERES)
 
     def take(self, count: int) -> Draw:
         """Return the next bodies: those put back come first.
@@ -324,7 +335,7 @@ class Supply:
             self.mean_volume = float(UNIT_VOLUME * np.mean(volume))
             self.radius_by_volume = float(np.mean(whole_power(draw.radius, 4)) / np.mean(volume))
             self.radius_min, self.radius_max = float(draw.radius.min()), float(draw.radius.max())
-            self._sizes = size_classes(draw.radius, volume)
+            self._sizes: tuple[Float64Array, Float64Array | None] = (draw.radius, None)
             return
         used = [each for each, share in zip(self._sets, self.shares, strict=True) if share > 0.0]
         self.mean_volume = float((self.shares * mean_weights("volume", self._sets)).sum())
@@ -334,7 +345,7 @@ class Supply:
         self.radius_by_volume = float((volume * radius).sum() / volume.sum())
         self.radius_min = min(each.distribution.radius_bounds[0] for each in used)
         self.radius_max = max(each.distribution.radius_bounds[1] for each in used)
-        self._sizes = size_classes(radius.ravel(), volume.ravel())
+        self._sizes = size_weights(self.shares, self._sets)
 
 
 def _joined(parts: list[Draw]) -> Draw:

@@ -7,7 +7,7 @@ Each is arranged by packgen and, so often as ``--poured`` says, inserted at rand
 the same friction. Both beds are judged by the same code:
 
 - core: solid fraction at least two large radii away from walls, floor and top
-- model: solid fraction by the linear packing model, from that of equal spheres in the first row
+- model: solid fraction as far below random close packing, in proportion, as equal spheres in the first row
 - large: share of the larger half of the sizes in the solid of four slabs of the core, lowest and highest
 - none: share of the spheres without a contact (gap of 5 % of the mean diameter)
 
@@ -32,7 +32,7 @@ from pour import liggghts_installed, pour
 from packgen.bed import Bed
 from packgen.measure import box_fraction, contacts
 from packgen.measure.fraction import bed_top
-from packgen.supply.mixtures import mixture_fraction
+from packgen.supply.close_packing import EQUAL_SPHERES, close_packing_fraction
 
 LARGE = 0.006  # m
 ACROSS = 14.0  # large radii
@@ -57,9 +57,15 @@ class Mixture:
         radius = np.array(self.radius)
         return float(np.cbrt(1.0 / np.sum(np.array(self.share) / radius**3)))
 
+    @property
+    def close_packing(self) -> float:
+        """Solid fraction of a random close packing of these sizes."""
+        radius = np.array(self.radius)
+        return close_packing_fraction(radius, np.array(self.share) / radius**3)
+
     def count(self, depth: float) -> int:
         """Return how many spheres make a bed of some depth [large radii]."""
-        fraction = mixture_fraction(np.array(self.radius), np.array(self.share), FRACTION)
+        fraction = FRACTION * self.close_packing / EQUAL_SPHERES
         return round(fraction * ACROSS**2 * depth * LARGE**3 / sphere_volume(self.radius_mean))
 
     @property
@@ -153,9 +159,9 @@ def of(rows: Sequence[dict[str, Any]], mixture: Mixture, by: str, key: str) -> l
 
 
 def model(rows: Sequence[dict[str, Any]], mixture: Mixture, by: str) -> float:
-    """Return the solid fraction that the linear packing model gives a mixture, from that of equal spheres."""
+    """Return the solid fraction of a mixture as close to random close packing as equal spheres are."""
     alone = mean(of(rows, mixtures()[0], by, "core") or [CORE])
-    return mixture_fraction(np.array(mixture.radius), np.array(mixture.share), alone)
+    return alone * mixture.close_packing / EQUAL_SPHERES
 
 
 def as_table(rows: Sequence[dict[str, Any]]) -> str:
@@ -200,7 +206,7 @@ def plot(rows: Sequence[dict[str, Any]], path: Path, facts: dict[str, str]) -> N
         "_",
         markersize=24,
         color=output.FAINT,
-        label="linear packing model",
+        label="by random close packing",
     )
     axes.set_xticks(range(len(names)), names, rotation=15, ha="right")
     axes.set_ylabel("solid fraction of the core")

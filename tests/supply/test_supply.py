@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
 from packgen.scene import ParticleSetSpec, SetKeys, ZoneSpec
+from packgen.supply.close_packing import EQUAL_SPHERES, close_packing_fraction
 from packgen.supply.shares import largest_remainder, mean_weights
 from packgen.supply.supply import Draw, Supply
 
@@ -296,6 +297,25 @@ def test_sizes_are_those_that_will_come() -> None:
     endless = supply(zone(set_proportions=[1.0, 0.0]), UNIFORM, SMALL)
     assert (endless.radius_min, endless.radius_max) == (0.05, 0.08)
     assert SPHERE * endless.radius_reference**3 == pytest.approx(endless.mean_volume)
+
+
+def test_equal_spheres_are_taken_to_fill_exactly_what_they_fill_alone() -> None:
+    equal = {"radius_distribution": "constant", "radius": 0.0737}
+    for source in (supply(zone(), equal), supply(zone(n_particles=50), equal)):
+        assert source.close_packing == EQUAL_SPHERES
+        assert source.solid_fraction(0.6) == 0.6
+
+
+def test_several_sizes_are_taken_to_fill_as_much_more_as_their_close_packing_does() -> None:
+    drawn = supply(zone(n_particles=500), SMALL)
+    radius = supply(zone(n_particles=500), SMALL).take(500).radius
+    assert drawn.close_packing == close_packing_fraction(radius)
+    assert drawn.solid_fraction(0.6) == pytest.approx(0.6 * drawn.close_packing / EQUAL_SPHERES)
+    # A law of which spheres are drawn as they are needed packs as many of its spheres would.
+    endless = supply(zone(), SMALL)
+    many = supply(zone(n_particles=20_000), SMALL)
+    assert endless.close_packing == pytest.approx(many.close_packing, abs=1e-3)
+    assert endless.copy().close_packing == endless.close_packing
 
 
 def test_the_same_seed_gives_the_same_spheres() -> None:
