@@ -8,32 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from packgen.arrange.registry import BUILTIN
 from packgen.container.load import load_location
-from packgen.distributions import UNIT_VOLUME
 from packgen.errors import GeometryError, PackingError
-from packgen.filling.room import Locations, narrowest, room_of
+from packgen.filling.densest import Sizes, densest_ordered, densest_random, poured_fraction, together
+from packgen.filling.room import Locations, narrowest, room_of, width_of
 from packgen.filling.unit_remarks import extent_text, units_remark
 from packgen.geometry import Container
-from packgen.supply.shares import expected_count, mean_weights, number_shares
+from packgen.supply.close_packing import EQUAL_SPHERES
+from packgen.supply.shares import expected_count, mean_weights, number_shares, size_weights
 from packgen.supply.supply import COUNT_LIMIT
 
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
-
-DENSEST = float(np.pi / np.sqrt(18.0))
-"""Solid fraction that no packing of equal spheres exceeds (Hales, Ann. Math. 162, 2005, 1065)."""
-
-DENSEST_MIXED = 1.0 - (1.0 - DENSEST) ** 2
-"""The same for two sizes in the limit of a large ratio: small spheres fill the hollows of large ones."""
-
-HOLLOW_RATIO = float(1.0 + np.sqrt(2.0))
-"""Ratio of radii from which a sphere fits into the octahedral hollow of the densest packing."""
-
-FEW = 8.0
-"""Volume of a zone [largest spheres] below which no bound holds: one sphere may fill its vessel."""
-
-POURED = 0.6
-"""Solid fraction assumed for the number of spheres that fill a zone."""
 
 MANY = 50_000_000
 """Number of spheres from which a zone without an amount gets a warning before the run."""
@@ -47,10 +34,9 @@ WIDE_SHARE = 1.0e-3
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """What a zone asks for: smallest and largest radius [m], mean volume of a sphere [m3], and number."""
+    """What a zone asks for: sizes, mean volume of a sphere [m3], and number."""
 
-    radius_min: float
-    radius_max: float
+    sizes: Sizes
     mean_volume: float
     count: float | None
 
@@ -64,8 +50,8 @@ class Amounts:
         self._remark = units_remark(
             scene,
             container,
-            min(zone.radius_min for zone in self._zones),
-            max(zone.radius_max for zone in self._zones),
+            min(zone.sizes.radius_min for zone in self._zones),
+            max(zone.sizes.radius_max for zone in self._zones),
         )
 
     def too_wide(self) -> list[str]:
@@ -74,7 +60,7 @@ class Amounts:
         width, axis = narrowest(bounds, self._container.periodic)
         # A sphere as wide as its box fits; rounding must not tell otherwise.
         half = 0.5 * width * (1.0 + 1e-9)
-        smallest = min(zone.radius_min for zone in self._zones)
+        smallest = min(zone.sizes.radius_min for zone in self._zones)
         if smallest > half:
             return [
                 f"{scene.mark('container')}: container: found {extent_text(bounds)}, but not one sphere fits "
@@ -94,36 +80,48 @@ class Amounts:
                 )
         return faults
 
-    def too_many(self, index: int, room: float) -> list[str]:
-        """Return a line where a zone of some volume [m3] asks for more than could ever fit."""
+    def too_many(self, index: int, room: float, width: float) -> list[str]:
+        """Return a line where a zone of some volume [m3] and least extent [m] asks for more than fits."""
         zone, spec, scene = self._zones[index], self._scene.zones[index], self._scene
         path = f"zones[{index}]"
         if zone.count is None:
-            count = POURED * room / zone.mean_volume
+            count = self._filling_count(zone, room, COUNT_LIMIT)
             if count <= COUNT_LIMIT:
                 return []
             return [
                 f"{scene.mark(path)}: {path}: found {room:.4g} m3 to fill, about {count:.3g} spheres, "
                 f"expected at most {COUNT_LIMIT:,}; {self._remark}"
             ]
-        asked, densest = zone.count * zone.mean_volume, _densest(room, zone)
+        asked = zone.count * zone.mean_volume
+        if asked <= EQUAL_SPHERES * room:
+            return []  # mixtures are denser than equal spheres
+        densest, packing = self._densest(room, width, zone.sizes), self._packing
         if asked <= densest * room:
             return []
+        poured = poured_fraction(self._container, zone.sizes)
         key = next(name for name in ("n_particles", "volume", "mass") if getattr(spec, name) is not None)
         limit = getattr(spec, key) * densest * room / asked
         unit = {"volume": " m3", "mass": " kg"}.get(key, "")
         most = f"{limit:.4g}{unit}" if unit else f"{int(limit):,}"
         return [
             f"{scene.mark(f'{path}.{key}')}: {path}.{key}: found {getattr(spec, key):,.6g}{unit}, expected "
-            f"at most {most}: the zone has {room:.4g} m3, of which no packing of such spheres fills more "
-            f"than {densest:.2f}, and a poured bed about {POURED:g}; {self._remark}"
+            f"at most {most}: the zone has {room:.4g} m3, of which no {packing} of such spheres fills more "
+            f"than {densest:.2f}, and a poured bed about {poured:.2f}; {self._remark}"
         ]
 
     def too_many_together(self) -> list[str]:
         """Return a line where the zones fit one by one, but not together."""
-        volume = self._container.volume
-        solid = sum((zone.count or 0.0) * zone.mean_volume for zone in self._zones)
-        densest = _densest(volume, *self._zones)
+        volume, width = self._container.volume, width_of(self._container)
+        counted = [(zone, zone.count) for zone in self._zones if zone.count]
+        solid = sum(count * zone.mean_volume for zone, count in counted)
+        if solid <= EQUAL_SPHERES * volume:
+            return []
+        # One mixture or one above the other, whichever is denser.
+        kinds = [
+            together([(zone.sizes, count) for zone, count in counted]),
+            *(zone.sizes for zone, _ in counted),
+        ]
+        densest = max(self._densest(volume, width, sizes) for sizes in kinds)
         if solid <= densest * volume:
             return []
         return [
@@ -137,7 +135,7 @@ class Amounts:
         scene, bounds = self._scene, self._container.bounds
         lines = []
         for index, (zone, room) in enumerate(zip(self._zones, rooms, strict=True)):
-            count = POURED * room / zone.mean_volume
+            count = self._filling_count(zone, room, MANY)
             if zone.count is None and count > MANY:
                 path = f"zones[{index}]"
                 lines.append(
@@ -145,7 +143,7 @@ class Amounts:
                     f"{self._remark}"
                 )
         width, _ = narrowest(bounds, self._container.periodic)
-        widest = 2.0 * max(zone.radius_max for zone in self._zones)
+        widest = 2.0 * max(zone.sizes.radius_max for zone in self._zones)
         if all(zone.count is not None for zone in self._zones) and VAST * widest < width < np.inf:
             lines.append(
                 f"{scene.mark('container')}: container: {extent_text(bounds)}, {width / widest:,.0f} times "
@@ -161,7 +159,24 @@ class Amounts:
         """
         path, zone = f"zones[{index}].location", self._zones[index]
         place = f"{self._scene.mark(path)}: {path}"
-        return room_of(self._container, own, zone.radius_min, zone.radius_max, place)
+        sizes = zone.sizes
+        return room_of(self._container, own, sizes.radius_min, sizes.radius_max, place)
+
+    @property
+    def _packing(self) -> str:
+        """What the scene's algorithm makes: ours no crystals, plug-ins maybe."""
+        return "random packing" if self._scene.algorithm in BUILTIN else "packing"
+
+    def _densest(self, room: float, width: float, sizes: Sizes) -> float:
+        """Return the solid fraction of a volume [m3] of some least extent [m] that sizes cannot exceed."""
+        if self._scene.algorithm in BUILTIN:
+            return densest_random(room, width, sizes)
+        return densest_ordered(room, sizes)
+
+    def _filling_count(self, zone: _Asked, room: float, enough: float) -> float:
+        """Return about how many spheres fill a volume [m3]; exact only above what is enough."""
+        most = room / zone.mean_volume
+        return most if most <= enough else most * poured_fraction(self._container, zone.sizes)
 
 
 def checked_locations(
@@ -196,7 +211,7 @@ def checked_locations(
             continue
         locations.append(own)
         rooms.append(room)
-        faults += [] if wrong_size else amounts.too_many(index, room)
+        faults += [] if wrong_size else amounts.too_many(index, room, width_of(container, own))
     faults = faults or amounts.too_many_together()
     if faults:
         raise PackingError("\n".join(faults))
@@ -211,12 +226,5 @@ def _asked(zone: ZoneSpec, scene: Scene) -> _Asked:
     bounds = [each.distribution.radius_bounds for each, part in zip(sets, share, strict=True) if part > 0.0]
     mean_volume = float(share @ mean_weights("volume", sets))
     smallest, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
-    return _Asked(smallest, largest, mean_volume, expected_count(zone, sets))
-
-
-def _densest(room: float, *zones: _Asked) -> float:
-    """Return the solid fraction of a volume [m3] that the spheres of some zones cannot exceed."""
-    smallest, largest = min(zone.radius_min for zone in zones), max(zone.radius_max for zone in zones)
-    if room < FEW * UNIT_VOLUME * largest**3:
-        return 1.0
-    return DENSEST if largest < HOLLOW_RATIO * smallest else DENSEST_MIXED
+    sizes = Sizes(*size_weights(share, sets), smallest, largest)
+    return _Asked(sizes, mean_volume, expected_count(zone, sets))

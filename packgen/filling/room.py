@@ -68,6 +68,12 @@ def room_of(container: Container, own: Locations, radius_min: float, radius_max:
     return float(np.prod(bounds[1] - bounds[0]) * min(share + error, 1.0))
 
 
+def width_of(container: Container, own: Locations = ()) -> float:
+    """Return the least extent of the part of a zone within the container [m], walls or not."""
+    low, high = _common_bounds(container, own)
+    return float((high - low).min())
+
+
 def _widened(shape: Shape | Slice, reach: float) -> Shape | Slice:
     if not (isinstance(shape, Slice) and shape.centers_only):
         return shape
