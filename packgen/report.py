@@ -15,6 +15,7 @@ from packgen.bed import Bed
 from packgen.bedfile import plain
 from packgen.check import Check, check_bed, wall_clearance
 from packgen.measure import (
+    ClosePacking,
     Contacts,
     Gaps,
     HeightProfile,
@@ -23,6 +24,7 @@ from packgen.measure import (
     RadialProfile,
     Sizes,
     SolidFraction,
+    close_packing,
     contacts_and_gaps,
     core_of,
     height_profile,
@@ -94,6 +96,8 @@ class Measures:
         sets: Totals, set by set.
         overlap: The independent check: overlaps as fractions of the smaller radius.
         solid_fraction: Solid fractions of the filled volume and of the core.
+        close_packing: Random close packing of the spheres, beside what the bed reached; None of a bed without
+            spheres.
         contacts: Contacts a sphere at gaps of 0, 0.1 %, 1 % and 5 % of the smaller radius.
         sizes: Size curves asked and reached, set by set.
         profile: Solid fraction along the height.
@@ -110,6 +114,7 @@ class Measures:
     sets: tuple[SetTotal, ...]
     overlap: Check
     solid_fraction: SolidFraction
+    close_packing: ClosePacking | None
     contacts: tuple[Contacts, ...]
     sizes: tuple[Sizes, ...]
     profile: HeightProfile
@@ -176,11 +181,14 @@ class Report(Measures):
         known = [number for number in asked if number is not None]
         wanted = f" of {sum(known):,}" if len(known) == len(asked) and known else ""
         tolerance = "none" if check.tolerance is None else f"{check.tolerance:.3g}"
+        packing = self.close_packing
+        beside = f", {packing.reached:.2f} of its random close packing" if packing else ""
+        by_core = solid.core is not None
         rows = [
             ("spheres", f"{self.sphere_count:,}{wanted}"),
             ("mass", f"{sum(each.mass for each in self.sets):,.6g} kg"),
-            ("solid fraction, filled volume", f"{solid.filled:.4f}"),
-            ("solid fraction, core", f"{solid.core:.4f}" if solid.core is not None else solid.core_rule),
+            ("solid fraction, filled volume", f"{solid.filled:.4f}{'' if by_core else beside}"),
+            ("solid fraction, core", f"{solid.core:.4f}{beside}" if by_core else solid.core_rule),
             ("largest overlap", f"{check.overlap_max:.3g} r (tolerance {tolerance})"),
             ("largest overlap with a wall", f"{check.wall_overlap_max:.3g} r"),
         ]
@@ -295,6 +303,7 @@ def measure_bed(
         solid = pool.submit(solid_fraction_with, bed, core)
         profile = pool.submit(height_profile, bed)
         forces = pool.submit(_step_zero, bed, found, clearance)
+        packing = close_packing(bed, solid.result())
     touching, gaps = contacts.result()
     return Measures(
         sphere_count=bed.count,
@@ -302,6 +311,7 @@ def measure_bed(
         sets=_totals(bed),
         overlap=found,
         solid_fraction=solid.result(),
+        close_packing=packing,
         contacts=touching,
         sizes=tuple(each for each in compared if each is not None),
         profile=profile.result(),

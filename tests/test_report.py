@@ -92,9 +92,21 @@ def test_rows_name_count_density_and_overlap():
     assert "tolerance 1e-06" in rows["largest overlap"]
 
 
+def test_a_bed_is_told_beside_the_random_close_packing_of_its_sizes():
+    report = build_report(lattice_bed())
+    packing = json.loads(report.as_json())["close_packing"]
+    assert packing["fraction"] == pytest.approx(0.6435, abs=1e-4)
+    assert packing["reached"] == pytest.approx(report.solid_fraction.core / packing["fraction"])
+    assert packing["of"] == "core"
+    rows = dict(report.rows())
+    assert rows["solid fraction, core"].endswith(f", {packing['reached']:.2f} of its random close packing")
+
+
 def test_an_empty_bed_has_a_report():
     empty = make_bed(np.empty((0, 3)), 0.1, box_container([0, 0, 0], [1, 1, 1]))
-    assert json.loads(build_report(empty, zones=[Zone(5, 0)]).as_json())["sphere_count"] == 0
+    report = json.loads(build_report(empty, zones=[Zone(5, 0)]).as_json())
+    assert report["sphere_count"] == 0
+    assert report["close_packing"] is None
 
 
 def test_bed_file_holds_the_arrays_of_the_contract(tmp_path):

@@ -7,6 +7,7 @@ All lengths are in metres, arrays float64. Every measure is a function of a `pac
     slab_fraction(bed, [0, 0, 1], 0.2, 0.4)
 """
 
+from packgen.measure.close_packing import ClosePacking, close_packing
 from packgen.measure.contacts import Contacts, Gaps, contacts, contacts_and_gaps
 from packgen.measure.core import Core, find_core
 from packgen.measure.correlation import PairCorrelation, pair_correlation
@@ -28,6 +29,7 @@ from packgen.measure.sizes import SizeCurve, Sizes, sizes
 from packgen.measure.volumes import mean_diameter
 
 __all__ = [
+    "ClosePacking",
     "Contacts",
     "Core",
     "Gaps",
@@ -41,6 +43,7 @@ __all__ = [
     "SolidFraction",
     "against_gravity",
     "box_fraction",
+    "close_packing",
     "contacts",
     "contacts_and_gaps",
     "container_fraction",

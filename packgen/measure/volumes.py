@@ -128,6 +128,24 @@ def surface_volume_below(surface: Surface, up: Float64Array, level: Float64Array
     return volume / 6.0
 
 
+def wall_area_below(container: Container, up: Float64Array, level: float) -> float:
+    """Return the area of a container's walls and floor below a level [m2]; periodic sides are no walls.
+
+    Args:
+        container: The vessel.
+        up: Unit vector against gravity, shape (3,), float64.
+        level: Height ``up @ x`` of the plane [m]; a lid at this height counts.
+    """
+    corners = container.surface.vertices[container.surface.faces]
+    seam = np.zeros(len(corners), dtype=bool)
+    for axis in np.flatnonzero(container.periodic):
+        for side in container.bounds[:, axis]:
+            seam |= (corners[:, :, axis] == side).all(axis=1)
+    walls = corners[~seam]
+    parts = _clipped(walls, walls @ up - level)
+    return 0.5 * float(np.linalg.norm(_spanned(parts)[0], axis=1).sum())
+
+
 def _running_sum(terms: Float64Array) -> Float64Array:
     """Return the sums of the first 0, 1, 2, ... terms, shape (F + 1, ...)."""
     return np.concatenate([np.zeros_like(terms[:1]), np.cumsum(terms, axis=0)])

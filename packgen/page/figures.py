@@ -66,6 +66,12 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
                 key="solid_fraction.core", exact=solid["core"],
             )
         )  # fmt: skip
+    packing = report.get("close_packing")
+    if packing:
+        part = "core" if packing["of"] == "core" else "filled volume"
+        label = f"Share of random close packing, {part}"
+        value = f"{packing['reached']:.2f} of {packing['fraction']:.4f}"
+        figures.append(Figure(label, value, key="close_packing.reached", exact=packing["reached"]))
     for place, each in enumerate(report["contacts"]):
         gap = "no gap at all" if each["gap"] == 0 else f"gap up to {100 * each['gap']:g} % r"
         key = f"contacts.{place}.mean"
