@@ -139,9 +139,9 @@ def test_a_container_with_room_for_none_says_so(tmp_path, zones, optimizer):
 
 
 def test_more_spheres_than_fit_are_counted_as_left_over(tmp_path):
-    result = run_scene(tmp_path, CUBE, constant(0.1), zones=[{"n_particles": 170}])
+    result = run_scene(tmp_path, CUBE, constant(0.1), zones=[{"n_particles": 158}])
     assert 110 <= result.bed.count <= 124  # 20 seeds: 114 to 120.
-    assert result.zones[0].left_over == 170 - result.bed.count
+    assert result.zones[0].left_over == 158 - result.bed.count
 
 
 def test_a_full_vessel_that_no_end_game_judges_takes_no_more_spheres(tmp_path):
@@ -244,8 +244,8 @@ SIZES = st.tuples(*[st.floats(0.5, 1.5)] * 3)
 def test_overlap_never_exceeds_the_tolerance_and_radii_come_out_as_drawn(tmp_path, sizes, radii, count, seed):
     low, high = radii
     mean_volume = math.pi / 3.0 * (low + high) * (low**2 + high**2)
-    # more than three quarters of a space are refused, before any sphere is placed
-    zones = [{"n_particles": max(1, min(count, int(0.7 * math.prod(sizes) / mean_volume)))}]
+    # more than two thirds of a space are refused, before any sphere is placed
+    zones = [{"n_particles": max(1, min(count, int(0.64 * math.prod(sizes) / mean_volume)))}]
     scene, _ = read_scene(tmp_path, box([0] * 3, sizes), uniform(low, high + 1e-3), zones=zones, seed=seed)
     result = run_scene(tmp_path, box([0] * 3, sizes), uniform(low, high + 1e-3), zones=zones, seed=seed)
     drawn = drawn_radii(scene)
