@@ -55,14 +55,15 @@ def close_packing_fraction(radius: Float64Array, weight: Float64Array | None = N
         ValueError: There is no sphere.
     """
     radius = np.asarray(radius, np.float64)
-    weight = np.ones(len(radius)) if weight is None else np.asarray(weight, np.float64)
-    radius, weight = radius[weight > 0.0], weight[weight > 0.0]
+    if weight is None:
+        radius = np.sort(radius)
+        weight = np.ones(len(radius))
+    else:
+        order = np.argsort(radius, kind="stable")
+        order = order[weight[order] > 0.0]
+        radius, weight = radius[order], weight[order]
     if len(radius) == 0:
-        raise ValueError(
-            "close_packing_fraction: found no radius with a weight above 0, expected at least one"
-        )
-    order = np.argsort(radius, kind="stable")
-    radius, weight = radius[order], weight[order]
+        raise ValueError("close_packing_fraction: found no sphere, expected at least one")
     if radius[0] == radius[-1]:
         return EQUAL_SPHERES
     return _filled_share(_rods(*_without_dust(radius / radius[-1], weight)))
