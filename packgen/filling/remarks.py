@@ -57,6 +57,11 @@ class PackedZone(Protocol):
         """How closely the spheres drawn add up to a volume or mass; None: none was asked for."""
         ...
 
+    @property
+    def solid_fraction_asked(self) -> float | None:
+        """Solid fraction asked for; None: none was."""
+        ...
+
 
 def remarks(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> tuple[str, ...]:
     """Return a line for each thing of a packed scene that looks wrong, though all spheres are placed.
@@ -107,6 +112,9 @@ def _off_sums(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
         fit = zone.fit
         if fit is None or not fit.missed:
             continue
+        if zone.solid_fraction_asked is not None:
+            lines.append(_off_fraction(scene, index, zone.solid_fraction_asked, fit))
+            continue
         unit = UNITS[fit.by]
         why = "the shares of its sets allow" if fit.shared else "its spheres allow"
         lines.append(
@@ -116,6 +124,15 @@ def _off_sums(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
             f"{'shares' if fit.shared else 'radii'}"
         )
     return lines
+
+
+def _off_fraction(scene: Scene, index: int, asked: float, fit: SumFit) -> str:
+    """Return the line of a zone whose spheres do not make the fraction that it asks for."""
+    return (
+        f"{_place(scene, index)}: found spheres for a solid fraction of {asked * fit.found / fit.wanted:.6g}, "
+        f"asked {asked:.6g}: {'the shares of its sets allow' if fit.shared else 'its spheres allow'} no nearer "
+        "in whole spheres"
+    )
 
 
 def _without_spheres(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
