@@ -29,9 +29,10 @@ ENLARGED_LAST = (0.3, 0.05, 0.002)
 SWEEPS = 600
 """Sweeps of one parting."""
 
-SKIN_PARTING = 0.6
+SKIN_PARTING, SKIN_STIRRING = 0.6, 1.8
+"""Skins of the neighbour lists: a longer one costs each round more, and lasts for more rounds."""
 
-STIRRED_AT, STIRRED = (0.0, 0.3, 0.45, 0.5, 0.55), (8.0, 25.0, 80.0, 200.0, 300.0)
+STIRRED_AT, STIRRED = (0.0, 0.3, 0.45, 0.5, 0.55), (25.0, 30.0, 110.0, 450.0, 600.0)
 """Solid fractions, and rounds of small moves from parted spheres to a fluid: g(r) is that of hard spheres to
 its noise below 0.45."""
 
@@ -41,7 +42,7 @@ MIXING = 20
 TAKEN = 0.35
 """Share of the moves that are to be taken; the steps are made so long."""
 
-STEP_FIRST, STEP_MAX = 0.12, 0.3
+STEP_FIRST, STEP_MAX = 0.12, 0.45
 """First and longest step along an axis, in radii."""
 
 ADAPTED, ADAPTED_EVERY = 20, 5
@@ -143,7 +144,7 @@ class Dispersion:
         if len(members) == 0:
             return
         center, half, wall = self._crowd(members)
-        mean, skin = float(half[: len(members)].mean()), 1.6 if self.fraction < 0.35 else 1.0
+        mean, skin = float(half[: len(members)].mean()), SKIN_STIRRING
         margin = 0.5 * skin * np.sqrt(mean * half[: len(members)])
         longest = np.minimum(STEP_MAX * half[: len(members)], 0.9 * margin / DIAGONAL)
         groups = np.zeros(len(members), np.int64)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -21,16 +23,20 @@ def even_points(
     count: int,
     clearance: float,
     around: tuple[Float64Array, Float64Array],
+    fraction: float,
     rng: np.random.Generator,
 ) -> Float64Array:
-    """Return random points of a room, one in each cell of a grid: as many here as there.
+    """Return random points of a room, over wide distances as even as a fluid of hard spheres.
 
-    Points without a grid leave a zone denser here and thinner there over wide distances, which hard spheres
-    are not, and what takes small moves longest to even out.
+    Points without any rule leave a zone denser here and thinner there, and over wide distances that takes
+    small moves longest to even out. Random points, one in each cell of a grid, are as many here as there. A
+    share q of them, chosen at random, varies by 1 - q of what points without a rule do, which for hard
+    spheres of solid fraction n is (1 - n)^4 / (1 + 2 n)^2 (Percus and Yevick's compressibility).
 
     Args:
         room: The room.
         count: How many.
+        fraction: Solid fraction of the fluid.
         clearance: How far from the walls at least [m].
         around: Centres (S, 3) and reaches (S,) of spheres that hold none of them [m].
         rng: Source of randomness.
@@ -40,7 +46,10 @@ def even_points(
     """
     low, high = room.region.bounds
     extent = high - low
-    wanted = float(count)
+    lacking = 1.0 - fraction
+    varied = (lacking * lacking / (1.0 + 2.0 * fraction)) ** 2
+    enough = math.ceil(count / max(1.0 - varied, 0.05))
+    wanted = float(enough)
     points = np.empty((0, 3))
     for _ in range(TRIES):
         size = cube_root(float(np.prod(extent)) / wanted)
@@ -49,10 +58,10 @@ def even_points(
         points = low + (place.reshape(-1, 3) + rng.random((int(np.prod(cells)), 3))) * (extent / cells)
         points = points[room.open(points, clearance)]
         points = points[~within(points, *around, room.region)]
-        if len(points) >= count:
+        if len(points) >= enough:
             break
-        # A little more than what is missing: what is too much is left out at random.
-        share = max(len(points), 0.1 * count) / count
+        # A little more than what is missing.
+        share = max(len(points), 0.1 * enough) / enough
         wanted *= 1.01 / min(share, 0.999)
     return points[np.sort(rng.permutation(len(points))[:count])]
 
@@ -89,7 +98,7 @@ def starts_of(
     around = (center[much], large[much])
     for layer in (missing_layer(fraction), 0.5, 0.0):
         clearance = float(wall.mean()) - mean + layer * mean
-        points = even_points(room, len(half), clearance, around, rng)
+        points = even_points(room, len(half), clearance, around, fraction, rng)
         if len(points) == len(half):
             break
     return points

@@ -49,10 +49,12 @@ def is_free(
     center, half, wall = crowd
     begin, item, seam_begin, seam_item, seam_offset, (wall_begin, wall_item, room), _, _ = near
     kind, row = features
+    own = half[i]
     for k in range(begin[i], begin[i + 1]):
-        j = item[k]
+        # Unsigned: no code for negative indices in the innermost loop.
+        j = np.uint64(item[np.uint64(k)])
         dx, dy, dz = x - center[j, 0], y - center[j, 1], z - center[j, 2]
-        apart = half[i] + half[j]
+        apart = own + half[j]
         if dx * dx + dy * dy + dz * dz < apart * apart:
             return False
     for k in range(seam_begin[i], seam_begin[i + 1]):
