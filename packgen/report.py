@@ -43,7 +43,10 @@ THREADS = 2
 
 
 class ZoneOutcome(Protocol):
-    """The part of a zone's result that the report needs."""
+    """The part of a zone's result that the report needs.
+
+    It may also have ``solid_fraction_asked`` and ``solid_fraction``; see ``ZoneCount``.
+    """
 
     @property
     def asked(self) -> int | None:
@@ -52,14 +55,6 @@ class ZoneOutcome(Protocol):
     @property
     def placed(self) -> int:
         """Number of spheres placed."""
-
-    @property
-    def solid_fraction_asked(self) -> float | None:
-        """Solid fraction asked for; None: none was."""
-
-    @property
-    def solid_fraction(self) -> float | None:
-        """The one reached; None: none was asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,7 +285,13 @@ def measure_bed(
     """
     found = check if check is not None else check_bed(bed)
     counts = tuple(
-        ZoneCount(zone.asked, zone.placed, zone.solid_fraction_asked, zone.solid_fraction) for zone in zones
+        ZoneCount(
+            zone.asked,
+            zone.placed,
+            getattr(zone, "solid_fraction_asked", None),
+            getattr(zone, "solid_fraction", None),
+        )
+        for zone in zones
     )
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
     compared = [

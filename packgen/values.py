@@ -18,10 +18,10 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction", "Fractions",
-    "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
-    "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure", "PrimitiveAxis", "Seed",
-    "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
+    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
+    "Fractions", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative",
+    "NonNegativeLength", "Periodic", "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure",
+    "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"

@@ -18,6 +18,7 @@ from packgen.distributions import Listed
 from packgen.errors import PackingError
 from packgen.filling.room import Locations, volume_inside, volume_of
 from packgen.geometry import Container
+from packgen.scene.models import FRACTIONS
 from packgen.supply.shares import expected_count, number_shares
 from packgen.supply.supply import Supply
 
@@ -66,29 +67,30 @@ def densities(
         PackingError: No random packing of such spheres is as dense, or so few fit that there is none; one
             line a fault, all of them at once.
     """
-    zones, found, faults = [], [], []
+    zones: list[ZoneSpec] = []
+    found: list[Density | None] = []
+    faults: list[str] = []
     for index, (zone, own) in enumerate(zip(scene.zones, locations, strict=True)):
-        asked, density = zone.fraction, None
-        if asked is not None:
-            try:
-                density = _density(scene, container, own, index, asked)
-                zone = zone.model_copy(
-                    update={"volume": density.fraction * density.room}
-                    | dict.fromkeys(("solid_fraction", "porosity", "void_ratio"))
-                )
-                faults += _amount_faults(scene, index, zone, density)
-            except PackingError as error:
-                faults.append(str(error))
-        zones.append(zone)
+        asked = zone.fraction
+        if asked is None:
+            zones.append(zone)
+            found.append(None)
+            continue
+        try:
+            density = _density(scene, container, own, index, asked)
+        except PackingError as error:
+            faults.append(str(error))
+            continue
+        amount = {"volume": density.fraction * density.room} | dict.fromkeys(FRACTIONS)
+        zones.append(zone.model_copy(update=amount))
         found.append(density)
+        faults += _amount_faults(scene, index, zones[-1], density)
     if faults:
         raise PackingError("\n".join(faults))
     return replace(scene, zones=tuple(zones)), tuple(found)
 
 
-def _density(
-    scene: Scene, container: Container, own: Locations, index: int, asked: FractionSpec
-) -> Density:
+def _density(scene: Scene, container: Container, own: Locations, index: int, asked: FractionSpec) -> Density:
     """Return the fraction of a whole zone.
 
     Raises:
@@ -152,5 +154,3 @@ def _amount_faults(scene: Scene, index: int, zone: ZoneSpec, density: Density) -
 def _place(scene: Scene, index: int) -> str:
     path = f"zones[{index}].{scene.zones[index].density_key}"
     return f"{scene.mark(path)}: {path}"
-
-

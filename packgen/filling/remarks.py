@@ -57,11 +57,6 @@ class PackedZone(Protocol):
         """How closely the spheres drawn add up to a volume or mass; None: none was asked for."""
         ...
 
-    @property
-    def solid_fraction_asked(self) -> float | None:
-        """Solid fraction asked for; None: none was."""
-        ...
-
 
 def remarks(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> tuple[str, ...]:
     """Return a line for each thing of a packed scene that looks wrong, though all spheres are placed.
@@ -112,8 +107,9 @@ def _off_sums(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
         fit = zone.fit
         if fit is None or not fit.missed:
             continue
-        if zone.solid_fraction_asked is not None:
-            lines.append(_off_fraction(scene, index, zone.solid_fraction_asked, fit))
+        asked = getattr(zone, "solid_fraction_asked", None)
+        if asked is not None:
+            lines.append(_off_fraction(scene, index, asked, fit))
             continue
         unit = UNITS[fit.by]
         why = "the shares of its sets allow" if fit.shared else "its spheres allow"
@@ -128,10 +124,10 @@ def _off_sums(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
 
 def _off_fraction(scene: Scene, index: int, asked: float, fit: SumFit) -> str:
     """Return the line of a zone whose spheres do not make the fraction that it asks for."""
+    found, why = asked * fit.found / fit.wanted, "the shares of its sets" if fit.shared else "its spheres"
     return (
-        f"{_place(scene, index)}: found spheres for a solid fraction of {asked * fit.found / fit.wanted:.6g}, "
-        f"asked {asked:.6g}: {'the shares of its sets allow' if fit.shared else 'its spheres allow'} no nearer "
-        "in whole spheres"
+        f"{_place(scene, index)}: found spheres for a solid fraction of {found:.6g}, asked {asked:.6g}: "
+        f"{why} allow no nearer in whole spheres"
     )
 
 

@@ -43,7 +43,7 @@ def _densities(data: dict[str, Any]) -> list[Fault]:
         known = find(name).params if isinstance(name, str) else None
     except PackingError:
         return []
-    kept = getattr(known, "zone_keys", frozenset())
+    kept: frozenset[str] = getattr(known, "zone_keys", frozenset())
     faults = []
     for index, zone in enumerate(_list(data.get("zones"))):
         values = zone if isinstance(zone, dict) else {}
@@ -117,9 +117,7 @@ def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
     faults = _shared_files(sets, zones)
     for index, zone in enumerate(zones):
         count = expected_count(zone, sets)
-        key = next(
-            (name for name in AMOUNTS if getattr(zone, name) is not None), ""
-        )
+        key = next((name for name in AMOUNTS if getattr(zone, name) is not None), "")
         if count is None:
             continue
         if count < 0.5:

@@ -16,7 +16,7 @@ from packgen.portable import cube
 from packgen.supply.supply import Draw, Supply
 
 FULL_FRACTION = 0.55
-"""Solid fraction away from the walls at which a zone of equal spheres is full, where it asks for no amount."""
+"""Solid fraction away from the walls at which equal spheres fill a zone that asks for no amount."""
 
 
 def arrange(task: Task) -> Spheres:
@@ -68,9 +68,7 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
     return Filled(spheres[kept], supply, 1)
 
 
-def _nearby(
-    region: Region, earlier: Spheres, gap: Gap, reach: float
-) -> tuple[Float64Array, Float64Array]:
+def _nearby(region: Region, earlier: Spheres, gap: Gap, reach: float) -> tuple[Float64Array, Float64Array]:
     """Return centres and half distances of the earlier spheres that can touch the zone's."""
     half = gap.half(earlier.radius)
     low, high = region.bounds

@@ -25,7 +25,7 @@ DIAGONAL = math.sqrt(3.0)
 
 
 @inlined
-def next_number(state: NDArray[np.uint64]) -> np.uint64:
+def next_number(state: NDArray[np.uint64]):  # type: ignore[no-untyped-def]
     """Return the next random number of 64 bits (SplitMix64: Steele, Lea and Flood, OOPSLA 2014, 453)."""
     state[0] += np.uint64(0x9E3779B97F4A7C15)
     mixed = state[0]

@@ -1,6 +1,8 @@
-"""The pair correlation of hard spheres by theory, and that of a bed as it is counted; lengths in diameters."""
+"""The pair correlation of hard spheres by theory, and as it is counted in a bed; lengths in diameters."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -54,7 +56,7 @@ def verlet_weis(fraction: float) -> tuple[Float64Array, Float64Array]:
 def in_shells(curve: tuple[Float64Array, Float64Array], edges: Float64Array) -> Float64Array:
     """Return the mean of g over each shell between two distances."""
     means = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         place = np.linspace(low, high, 41)
         means.append(np.average(np.interp(place, *curve), weights=place**2))
     return np.array(means)
