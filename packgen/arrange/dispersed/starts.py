@@ -14,6 +14,9 @@ from packgen.portable import cube_root, octaves
 TRIES = 12
 """Times that points are drawn before there may be fewer than wanted."""
 
+CELLS_A_POINT, CELLS_LEAST = 100, 20_000
+"""Cells of a grid at most: for each point wanted, and besides."""
+
 VOID_SAMPLES = 4_000
 """Least number of random points among which the largest voids are sought."""
 
@@ -62,7 +65,7 @@ def even_points(
             break
         # A little more than what is missing.
         share = max(len(points), 0.1 * enough) / enough
-        wanted *= 1.01 / min(share, 0.999)
+        wanted = min(wanted * 1.01 / min(share, 0.999), CELLS_A_POINT * enough + CELLS_LEAST)
     return points[np.sort(rng.permutation(len(points))[:count])]
 
 
