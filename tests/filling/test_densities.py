@@ -79,8 +79,8 @@ def test_denser_than_random_packings_is_refused_with_the_possible_fraction(tmp_p
     )
     line = refusal(tmp_path, CUBE, {"solid_fraction": 0.55, "gap": 0.2})
     assert "expected at most 0.481: random packings of such spheres that keep this gap" in line
-    density, _ = asked_of(tmp_path, CUBE, {"solid_fraction": 0.7, "set_proportions": [0.7, 0.3],
-                                           "proportions_by": "volume"}, [constant(0.1), constant(0.01)])  # fmt: skip
+    broad = {"solid_fraction": 0.7, "set_proportions": [0.7, 0.3], "proportions_by": "volume"}
+    density, _ = asked_of(tmp_path, CUBE, broad, [constant(0.1), constant(0.01)])
     assert density.fraction == 0.7
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from packgen.arrange.dispersed.crowding import Room
-from packgen.arrange.dispersed.disperse import LOOSE_FRACTION, Dispersion
+from packgen.arrange.dispersed.disperse import FULL_FRACTION, LOOSE_FRACTION, Dispersion
 from packgen.arrange.space.region import Region, make_region
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Filled, Gap, Listener, Progress, Task, ZoneTask
@@ -14,9 +14,6 @@ from packgen.arrays import Float64Array
 from packgen.distributions import UNIT_VOLUME
 from packgen.portable import cube
 from packgen.supply.supply import Draw, Supply
-
-FULL_FRACTION = 0.55
-"""Solid fraction away from the walls at which equal spheres fill a zone that asks for no amount."""
 
 
 def arrange(task: Task) -> Spheres:
@@ -84,9 +81,10 @@ def _drawn(supply: Supply, room: Room, gap: Gap) -> Draw:
     if supply.remaining is not None:
         return supply.take(supply.remaining)
     radius = np.array([supply.radius_by_volume])
-    half, wall = float(gap.half(radius)[0]), float(gap.wall(radius)[0])
-    larger = half / float(radius[0])
-    solid = room.solid(supply.solid_fraction(FULL_FRACTION), half, wall) / (larger * larger * larger)
+    half = gap.half(radius)
+    larger = float(half[0] / radius[0])
+    solid = room.solid(supply.solid_fraction(FULL_FRACTION), half, gap.wall(radius))
+    solid /= larger * larger * larger
     draw = supply.take(max(round(solid / supply.mean_volume), 1))
     while float((UNIT_VOLUME * cube(draw.radius)).sum()) < solid - 0.5 * supply.mean_volume:
         more = supply.take(max(len(draw.radius) // 20, 1))

@@ -70,9 +70,9 @@ class Room:
             fraction = min(solid / room, 0.74) if room > 0.0 else 0.74
         return fraction
 
-    def solid(self, fraction: float, half: float, wall: float) -> float:
+    def solid(self, fraction: float, half: Float64Array, wall: Float64Array) -> float:
         """Return the volume of spheres as large as their distances at a fraction away from the walls [m3]."""
-        return fraction * self.volume(wall - half + half * missing_layer(fraction))
+        return fraction * self.volume(float(wall.max() - half.max()) + _mean(half) * missing_layer(fraction))
 
 
 def _mean(half: Float64Array) -> float:

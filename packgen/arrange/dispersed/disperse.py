@@ -14,10 +14,14 @@ from packgen.arrange.dispersed.stir_kernels import DIAGONAL, crowded, stir
 from packgen.arrange.projection.pair_rules import push_weights
 from packgen.arrays import BoolArray, Float64Array, Int64Array
 from packgen.compiled import signals_heard
-from packgen.portable import cube_root
+from packgen.distributions import UNIT_VOLUME
+from packgen.portable import cube, cube_root
 
 LOOSE_FRACTION = 0.59
 """Solid fraction that equal spheres, enlarged while they are parted, reach in few sweeps."""
+
+FULL_FRACTION = 0.55
+"""Solid fraction away from the walls at which equal spheres fill a zone; more are added a few at a time."""
 
 ENLARGED_MAX = 0.12
 """Most by which they are enlarged: parted spheres then are about as far apart as those of a fluid, and small
@@ -28,6 +32,12 @@ ENLARGED_LAST = (0.3, 0.05, 0.002)
 
 SWEEPS = 600
 """Sweeps of one parting."""
+
+A_FEW = 0.03
+"""Share of the spheres that is added to a full zone at a time, or taken out where some overlap for good."""
+
+THROWS_MAX = 40
+"""Times that some are taken out."""
 
 SKIN_PARTING, SKIN_STIRRING = 0.6, 1.8
 """Skins of the neighbour lists: a longer one costs each round more, and lasts for more rounds."""
@@ -51,7 +61,7 @@ ADAPTED, ADAPTED_EVERY = 20, 5
 STALLED_MAX = 3
 """Tries in a row without a gain after which what is left finds no place."""
 
-TRIES = 12
+TRIES_MAX = 60
 
 STEPS_MAX = 5_000_000
 """Spheres times sweeps of one run of a compiled loop: a signal waits for its end."""
@@ -74,7 +84,10 @@ class Dispersion:
         self, room: Room, half: Float64Array, wall: Float64Array, loose: float, rng: np.random.Generator
     ) -> None:
         self.room, self.half, self.wall, self._rng = room, half, wall, rng
-        self.fraction = room.fraction(half, wall)
+        full = loose * (FULL_FRACTION / LOOSE_FRACTION)
+        most = int(np.searchsorted(np.cumsum(UNIT_VOLUME * cube(half)), room.solid(full, half, wall)))
+        self._first = max(most, 1)
+        self.fraction = min(room.fraction(half, wall), loose)
         ratio = cube_root(max(loose / self.fraction, 1.0))
         self.enlarged = min(max(ratio - 1.0, 0.01), ENLARGED_MAX)
         self.center = np.empty((len(half), 3))
@@ -82,8 +95,8 @@ class Dispersion:
         self._state = rng.integers(0, 2**64, 1, np.uint64)
 
     def start(self) -> None:
-        """Give all spheres a place, the large ones first, as far as there is room."""
-        for members in start_classes(self.half):
+        """Give spheres their places, the large ones first, until the zone is full."""
+        for members in start_classes(self.half[: self._first]):
             placed = np.flatnonzero(self.kept)
             points = starts_of(
                 self.room,
@@ -95,19 +108,20 @@ class Dispersion:
             chosen = members[: len(points)]
             self.center[chosen] = points
             self.kept[chosen] = True
-            self._part(np.flatnonzero(self.kept), 0.25 if len(chosen) < len(self.half) else 1.0)
+            self._part(np.flatnonzero(self.kept), 0.25 if len(chosen) < self._first else 1.0)
         self._drop_crowded()
 
     def retry(self) -> None:
         """Try the spheres without a place in the largest voids until no more of them find one."""
         stalled = 0
-        for _ in range(TRIES):
+        for _ in range(TRIES_MAX):
             missing = np.flatnonzero(~self.kept)
             if len(missing) == 0 or stalled == STALLED_MAX:
                 return
             if self.kept.any():
                 self.stir(MIXING)
             missing = missing[np.argsort(-self.half[missing], kind="stable")]
+            missing = missing[: max(round(A_FEW * self.kept.sum()), 1)]
             placed = np.flatnonzero(self.kept)
             points = voids(
                 self.room,
@@ -193,17 +207,23 @@ class Dispersion:
         self.center[members] = center[: len(members)]
 
     def _drop_crowded(self) -> None:
-        """Part what overlaps, and take out what still does."""
+        """Part what overlaps, and take out what has no room, a few at a time: that leaves others theirs."""
         members = np.flatnonzero(self.kept)
-        for share in (0.0, *ENLARGED_LAST):
+        shares = iter((0.0, *ENLARGED_LAST))
+        for _ in range(THROWS_MAX):
             if len(members) == 0:
                 return
+            share = next(shares, ENLARGED_LAST[-1])
             if share:
                 self._part(members, share)
-            gone = self._gone(members)
-            if not gone.any():
+            gone = np.flatnonzero(self._gone(members))
+            if len(gone) == 0:
                 return
-        self.kept[members[gone]] = False
+            if share == ENLARGED_LAST[-1]:
+                most = max(1, min(len(gone) // 4, round(A_FEW * len(members))))
+                self.kept[members[gone[:: -(-len(gone) // most)]]] = False
+                members = np.flatnonzero(self.kept)
+        self.kept[members[self._gone(members)]] = False
 
     def _gone(self, members: Int64Array) -> BoolArray:
         """Tell which of some spheres have to go so that the others keep their distances, shape (m,)."""
