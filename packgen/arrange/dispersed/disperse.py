@@ -42,7 +42,7 @@ THROWS_MAX = 40
 SKIN_PARTING, SKIN_STIRRING = 0.6, 1.8
 """Skins of the neighbour lists: a longer one costs each round more, and lasts for more rounds."""
 
-STIRRED_AT, STIRRED = (0.0, 0.3, 0.45, 0.5, 0.55), (25.0, 30.0, 110.0, 450.0, 600.0)
+STIRRED_AT, STIRRED = (0.0, 0.3, 0.45, 0.5, 0.55), (25.0, 30.0, 90.0, 450.0, 600.0)
 """Solid fractions, and rounds of small moves from parted spheres to a fluid: g(r) is that of hard spheres to
 its noise below 0.45."""
 
