@@ -30,21 +30,21 @@ moves have little left to even out. Parted just so far that none overlaps, pairs
 ENLARGED_LAST = (0.3, 0.05, 0.002)
 """Shares of that with which they are parted again where some still overlap."""
 
-SWEEPS = 600
-"""Sweeps of one parting."""
+SWEEPS, SWEEPS_AGAIN = 600, 150
+"""Sweeps of one parting, and of one after some spheres were taken out."""
 
 A_FEW = 0.03
 """Share of the spheres that is added to a full zone at a time, or taken out where some overlap for good."""
 
-THROWS_MAX = 40
+THROWS_MAX = 20
 """Times that some are taken out."""
 
 SKIN_PARTING, SKIN_STIRRING = 0.6, 1.8
 """Skins of the neighbour lists: a longer one costs each round more, and lasts for more rounds."""
 
 STIRRED_AT, STIRRED = (0.0, 0.3, 0.45, 0.5, 0.55), (25.0, 30.0, 90.0, 450.0, 600.0)
-"""Solid fractions, and rounds of small moves from parted spheres to a fluid: g(r) is that of hard spheres to
-its noise below 0.45."""
+"""Solid fractions, and rounds of small moves from parted equal spheres to a fluid: g(r) is that of hard
+spheres to its noise below 0.45. Other sizes take as many at the same share of what they can reach."""
 
 MIXING = 20
 """Rounds of moves before spheres that found no place are tried in other voids."""
@@ -84,7 +84,8 @@ class Dispersion:
         self, room: Room, half: Float64Array, wall: Float64Array, loose: float, rng: np.random.Generator
     ) -> None:
         self.room, self.half, self.wall, self._rng = room, half, wall, rng
-        full = loose * (FULL_FRACTION / LOOSE_FRACTION)
+        self._like_equal = LOOSE_FRACTION / loose
+        full = FULL_FRACTION / self._like_equal
         most = int(np.searchsorted(np.cumsum(UNIT_VOLUME * cube(half)), room.solid(full, half, wall)))
         self._first = max(most, 1)
         self.fraction = min(room.fraction(half, wall), loose)
@@ -145,7 +146,7 @@ class Dispersion:
 
     def settle_rounds(self) -> int:
         """Return how many rounds of moves make a fluid of the spheres as they are now."""
-        return round(float(np.interp(self.fraction, STIRRED_AT, STIRRED)))
+        return round(float(np.interp(self.fraction * self._like_equal, STIRRED_AT, STIRRED)))
 
     def stir(self, rounds: int, tell: Callable[[float], None] = lambda _: None) -> None:
         """Move the spheres that have a place, each ``rounds`` times; all keep their distances.
@@ -185,8 +186,8 @@ class Dispersion:
             self.wall[members],
         )
 
-    def _part(self, members: Int64Array, share: float) -> None:
-        """Part some spheres, enlarged by a share of ``enlarged``."""
+    def _part(self, members: Int64Array, share: float, sweeps_max: int = SWEEPS) -> None:
+        """Part some spheres, enlarged by a share of ``enlarged``, in so many sweeps at most."""
         if len(members) == 0:
             return
         center, half, wall = self._crowd(members)
@@ -194,7 +195,7 @@ class Dispersion:
         ball = np.column_stack([center, half])
         weight = push_weights(ball, len(members), float(half[: len(members)].mean()))
         calm = 0.9 * (larger - 1.0) / larger
-        left, most = SWEEPS, max(STEPS_MAX // len(members), 1)
+        left, most = sweeps_max, max(STEPS_MAX // len(members), 1)
         while left > 0:
             with signals_heard():
                 sweeps, worst = part(
@@ -209,13 +210,13 @@ class Dispersion:
     def _drop_crowded(self) -> None:
         """Part what overlaps, and take out what has no room, a few at a time: that leaves others theirs."""
         members = np.flatnonzero(self.kept)
-        shares = iter((0.0, *ENLARGED_LAST))
-        for _ in range(THROWS_MAX):
+        shares = (0.0, *ENLARGED_LAST)
+        for number in range(len(shares) + THROWS_MAX):
             if len(members) == 0:
                 return
-            share = next(shares, ENLARGED_LAST[-1])
+            share = shares[min(number, len(shares) - 1)]
             if share:
-                self._part(members, share)
+                self._part(members, share, SWEEPS if number < len(shares) else SWEEPS_AGAIN)
             gone = np.flatnonzero(self._gone(members))
             if len(gone) == 0:
                 return
@@ -223,7 +224,8 @@ class Dispersion:
                 most = max(1, min(len(gone) // 4, round(A_FEW * len(members))))
                 self.kept[members[gone[:: -(-len(gone) // most)]]] = False
                 members = np.flatnonzero(self.kept)
-        self.kept[members[self._gone(members)]] = False
+        if len(members):
+            self.kept[members[self._gone(members)]] = False
 
     def _gone(self, members: Int64Array) -> BoolArray:
         """Tell which of some spheres have to go so that the others keep their distances, shape (m,)."""
