@@ -18,10 +18,10 @@ from packgen.arrays import BoolArray, Float64Array
 from packgen.distributions import UNIT_VOLUME
 from packgen.portable import cube
 
-SAMPLES = 16_384
+SAMPLES = 8_192
 """Random points that measure the room of a zone."""
 
-ROUNDS = 8
+ROUNDS = 5
 """Times that the fraction and the layer that depends on it are found in turn."""
 
 
