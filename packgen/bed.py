@@ -150,6 +150,11 @@ class Bed:
         return bool(self.gravity.any()) and floor_direction(self.gravity, self.container.periodic) is None
 
     @property
+    def rests(self) -> bool:
+        """Whether the bed lies on something, and has a top: it has gravity, and is not endless."""
+        return bool(self.gravity.any()) and not self.endless
+
+    @property
     def acceleration(self) -> Float64Array:
         """Acceleration for the solvers [m/s2], shape (3,): that of gravity, zero in an endless bed."""
         return np.zeros(3) if self.endless else self.gravity

@@ -45,7 +45,10 @@ THREADS = 2
 
 
 class ZoneOutcome(Protocol):
-    """The part of a zone's result that the report needs."""
+    """The part of a zone's result that the report needs.
+
+    It may also have ``solid_fraction_asked`` and ``solid_fraction``; see ``ZoneCount``.
+    """
 
     @property
     def asked(self) -> int | None:
@@ -63,10 +66,14 @@ class ZoneCount:
     Attributes:
         asked: Number asked for; None: until full.
         placed: Number placed.
+        solid_fraction_asked: Solid fraction asked for, of all of the zone; None: none was.
+        solid_fraction: The one reached; None: none was asked for.
     """
 
     asked: int | None
     placed: int
+    solid_fraction_asked: float | None = None
+    solid_fraction: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,7 +292,15 @@ def measure_bed(
         The measures.
     """
     found = check if check is not None else check_bed(bed)
-    counts = tuple(ZoneCount(zone.asked, zone.placed) for zone in zones)
+    counts = tuple(
+        ZoneCount(
+            zone.asked,
+            zone.placed,
+            getattr(zone, "solid_fraction_asked", None),
+            getattr(zone, "solid_fraction", None),
+        )
+        for zone in zones
+    )
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
     compared = [
         sizes(each.name, bed.radius[bed.set_index == index], by_law[index])
@@ -339,13 +354,20 @@ def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:
         if zone.asked is not None and zone.placed < zone.asked:
             lines.append(
                 f"zones[{index}]: {zone.placed:,} of {zone.asked:,} spheres placed, "
-                f"{zone.asked - zone.placed:,} did not fit; enlarge the zone or ask for fewer"
+                f"{zone.asked - zone.placed:,} did not fit{_reached(zone)}; enlarge the zone or ask for fewer"
             )
         elif zone.asked is None and zone.placed == 0:
             lines.append(
                 f"zones[{index}]: not one sphere placed; enlarge the zone, or leave it out if others fill it"
             )
     return lines
+
+
+def _reached(zone: ZoneCount) -> str:
+    """Return what is said of the solid fraction of a zone that did not get all spheres."""
+    if zone.solid_fraction_asked is None:
+        return ""
+    return f": a solid fraction of {zone.solid_fraction:.4f} is possible, not {zone.solid_fraction_asked:.4f}"
 
 
 def _totals(bed: Bed) -> tuple[SetTotal, ...]:

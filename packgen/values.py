@@ -18,10 +18,10 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction", "Fractions",
-    "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Periodic",
-    "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure", "PrimitiveAxis", "Seed",
-    "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
+    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
+    "Fractions", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative",
+    "NonNegativeLength", "Periodic", "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure",
+    "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"
@@ -229,6 +229,9 @@ Positive = Annotated[float, _positive("number")]
 NonNegative = Annotated[float, _quantity("number", "of at least 0", lambda value: value >= 0.0)]
 PoissonsRatio = Annotated[float, _quantity("number", "from 0 to 0.5", lambda value: 0.0 <= value <= 0.5)]
 Tolerance = Annotated[
+    float, _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0)
+]
+InnerFraction = Annotated[
     float, _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0)
 ]
 SolidVolume = Annotated[float, _positive("volume")]

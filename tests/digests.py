@@ -1,4 +1,4 @@
-"""Ten scenes and the digests of their beds: ``python -m tests.digests`` prints them, ``--write`` keeps them.
+"""Eleven scenes and the digests of their beds: ``python -m tests.digests`` prints, ``--write`` keeps them.
 
 A bed's digest is that of its bytes: positions, radii, sets, zones and batches. A change that is to leave beds
 as they are leaves the digests as they are, on every machine.
@@ -113,6 +113,15 @@ SCENES: dict[str, Callable[[Path], Bed]] = {
             materials={"glass": {"friction": 0.2}},
             params={"batch_size": 150},
             seed=7,
+        ).bed
+    ),
+    "dispersed": lambda at: (
+        run_scene(
+            at,
+            {**box([0, 0, 0], [0.8, 0.8, 0.8]), "periodic": ["x", "y"]},
+            LOGNORMAL | {"radius_min": 0.02, "radius_max": 0.07},
+            algorithm="DISPERSED",
+            zones=[{"solid_fraction": 0.4, "gap": 0.05}],
         ).bed
     ),
 }

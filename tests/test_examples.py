@@ -145,6 +145,28 @@ def test_an_example_runs_to_a_complete_bed(name, tmp_path):
         assert 0.54 < report["solid_fraction"]["core"] < 0.61
 
 
+# Number of spheres, where the fraction alone gives it; solid fraction; least distance of two surfaces [m].
+DISPERSED = {"fuel": (560, 0.35, 0.02 * 427.5e-6), "concrete": (None, 0.40, 3e-4)}
+
+
+@pytest.mark.parametrize("name", DISPERSED)
+def test_dispersed_examples_have_their_fraction_and_gap(name, tmp_path):
+    count, fraction, gap = DISPERSED[name]
+    folder = tmp_path / name
+    assert main([str(EXAMPLES / f"{name}.yaml"), "--export", "liggghts", "-o", str(folder), "--quiet"]) == 0
+    report = json.loads((folder / "report.json").read_text())
+    assert report["missed"] == []
+    assert report["warnings"] == []
+    assert count in (None, report["sphere_count"])
+    assert report["solid_fraction"]["filled"] == pytest.approx(fraction, abs=1e-3)
+    with np.load(folder / "bed.npz") as bed:
+        position, radius = bed["position"], bed["radius"]
+    pairs = cKDTree(position).query_pairs(2 * radius.max() + 3 * gap, output_type="ndarray")
+    apart = np.linalg.norm(position[pairs[:, 0]] - position[pairs[:, 1]], axis=1) - radius[pairs].sum(axis=1)
+    assert gap * (1 - 1e-9) <= apart.min() < 3 * gap
+    assert "# No gravity" in (folder / "liggghts" / "in.bed").read_text()
+
+
 @pytest.mark.slow
 @pytest.mark.solver
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")

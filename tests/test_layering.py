@@ -94,7 +94,7 @@ UPPER = ("packgen.filling", "packgen.report", "packgen.validation", "packgen.pag
 
 
 def test_there_are_algorithms_with_rooms_of_their_own():
-    assert ALGORITHMS == ["adam", "collective"]
+    assert ALGORITHMS == ["adam", "collective", "dispersed"]
     assert all((ROOT / "packgen/arrange" / name / "params.py").is_file() for name in ALGORITHMS)
 
 

@@ -31,6 +31,7 @@ BUILTIN = MappingProxyType(
     {
         DEFAULT: "packgen.arrange.collective",
         "ADAM": "packgen.arrange.adam",
+        "DISPERSED": "packgen.arrange.dispersed",
     }
 )
 

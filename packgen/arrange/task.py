@@ -65,6 +65,27 @@ class Setting:
     device: str = "cpu"
 
 
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """The least distance between surfaces.
+
+    Attributes:
+        radii: In radii: of the mean radius of two spheres, at a wall of the sphere's own.
+        length: In metres; adds to that.
+    """
+
+    radii: float = 0.0
+    length: float = 0.0
+
+    def half(self, radius: Float64Array) -> Float64Array:
+        """Return what centres keep from each other: the sum of these is their least distance [m], (N,)."""
+        return np.asarray(radius * (1.0 + 0.5 * self.radii) + 0.5 * self.length)
+
+    def wall(self, radius: Float64Array) -> Float64Array:
+        """Return the least distance of each centre from a wall [m], shape (N,)."""
+        return np.asarray(radius * (1.0 + self.radii) + self.length)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class ZoneTask:
     """A zone to fill; plain data that can be sent to another process.
@@ -77,6 +98,7 @@ class ZoneTask:
         friction: Coefficient of sliding friction of its smoothest spheres.
         seed: Seed of the zone's own randomness.
         setting: What it shares with the other zones.
+        gap: Least distance between surfaces; only of algorithms that keep one.
     """
 
     index: int
@@ -86,6 +108,7 @@ class ZoneTask:
     friction: float
     seed: np.random.SeedSequence
     setting: Setting
+    gap: Gap = Gap()
 
     def generator(self) -> np.random.Generator:
         """Return a new source of randomness, the same one each time."""

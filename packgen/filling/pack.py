@@ -12,13 +12,15 @@ from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Listener, Setting, Task, ZoneTask, no_listener
 from packgen.bed import Bed, ParticleSet
+from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
+from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.fit import checked_locations
 from packgen.filling.remarks import remarks
 from packgen.filling.room import Locations
 from packgen.filling.softness import check_softness
 from packgen.geometry import Container, Shape, Slice, floor_direction
-from packgen.portable import length
+from packgen.portable import cube, length
 from packgen.supply.fitting import SumFit
 from packgen.supply.supply import Supply
 from packgen.version import __version__
@@ -41,6 +43,8 @@ class ZoneResult:
         locations: What bounds the zone beside the container.
         counts: Spheres drawn of each set; None where ``asked`` is None.
         fit: How closely the spheres drawn add up to the volume or mass asked for; None: none was asked for.
+        solid_fraction_asked: Solid fraction asked for, of all of the zone; None: none was.
+        solid_fraction: The one reached; None: none was asked for.
     """
 
     asked: int | None
@@ -49,6 +53,8 @@ class ZoneResult:
     locations: tuple[Shape | Slice, ...] = ()
     counts: tuple[int, ...] | None = None
     fit: SumFit | None = None
+    solid_fraction_asked: float | None = None
+    solid_fraction: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,18 +107,19 @@ def pack(
 
     # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
+    asked, wanted = densities(scene, container, locations)
     for line in check_softness(scene, container, for_solver=for_solver):
         tell(line)
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
     down = gravity / length(gravity) if down is None else down
     setting = Setting(container, down, scene.params, threads, device)
-    task = _task(scene, setting, locations, on_progress or no_listener)
+    task = _task(asked, setting, locations, on_progress or no_listener)
     zones = task.zones
     _check_periods(scene, container, zones)
     spheres = algorithm(task)
-    bed, results = _bed(scene, container, spheres), _results(spheres, zones)
-    return PackResult(bed, results, (*warnings, *remarks(scene, bed, results)))
+    bed, results = _bed(scene, container, spheres), _results(spheres, zones, wanted)
+    return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)))
 
 
 def _task(scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener) -> Task:
@@ -124,12 +131,17 @@ def _task(scene: Scene, setting: Setting, locations: Sequence[Locations], on_pro
     for index, zone in enumerate(scene.zones):
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
         mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
-        zones.append(ZoneTask(index, mark, locations[index], supply, friction, seeds[index], setting))
+        zones.append(
+            ZoneTask(index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone))
+        )
     return Task(setting, tuple(zones), np.random.default_rng(first), on_progress)
 
 
-def _results(spheres: Spheres, zones: Sequence[ZoneTask]) -> tuple[ZoneResult, ...]:
+def _results(
+    spheres: Spheres, zones: Sequence[ZoneTask], wanted: Sequence[Density | None]
+) -> tuple[ZoneResult, ...]:
     placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
+    solid = np.bincount(spheres.zone_index, UNIT_VOLUME * cube(spheres.radius), len(zones)).tolist()
     return tuple(
         ZoneResult(
             zone.supply.asked,
@@ -138,8 +150,10 @@ def _results(spheres: Spheres, zones: Sequence[ZoneTask]) -> tuple[ZoneResult, .
             zone.locations,
             None if zone.supply.counts is None else tuple(zone.supply.counts.tolist()),
             zone.supply.fit,
+            None if density is None else density.fraction,
+            None if density is None else solid[zone.index] / density.room,
         )
-        for zone in zones
+        for zone, density in zip(zones, wanted, strict=True)
     )
 
 
@@ -156,7 +170,7 @@ def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]
         return
     place = f"{scene.mark('container.periodic')}: container.periodic"
     lengths = container.bounds[1] - container.bounds[0]
-    least = PERIOD_MIN * max(zone.supply.radius_max for zone in zones)
+    least = PERIOD_MIN * max(float(zone.gap.half(np.array(zone.supply.radius_max))) for zone in zones)
     faults = [
         f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
         f"{least:.4g} m, two diameters of the largest sphere, so that none meets another one twice; "
@@ -196,7 +210,7 @@ def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
     return Bed(
         spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
         sets, scene.materials, scene.wall_material, container,
-        np.asarray(scene.gravity_direction, float) * scene.gravity,
+        np.asarray(scene.gravity_direction, float) * scene.gravity + 0.0,  # no negative zeros
         scene.tolerance,
         provenance,
         spheres.body_index,

@@ -107,6 +107,10 @@ def _off_sums(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
         fit = zone.fit
         if fit is None or not fit.missed:
             continue
+        asked = getattr(zone, "solid_fraction_asked", None)
+        if asked is not None:
+            lines.append(_off_fraction(scene, index, asked, fit))
+            continue
         unit = UNITS[fit.by]
         why = "the shares of its sets allow" if fit.shared else "its spheres allow"
         lines.append(
@@ -116,6 +120,15 @@ def _off_sums(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
             f"{'shares' if fit.shared else 'radii'}"
         )
     return lines
+
+
+def _off_fraction(scene: Scene, index: int, asked: float, fit: SumFit) -> str:
+    """Return the line of a zone whose spheres do not make the fraction that it asks for."""
+    found, why = asked * fit.found / fit.wanted, "the shares of its sets" if fit.shared else "its spheres"
+    return (
+        f"{_place(scene, index)}: found spheres for a solid fraction of {found:.6g}, asked {asked:.6g}: "
+        f"{why} allow no nearer in whole spheres"
+    )
 
 
 def _without_spheres(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from packgen.arrays import Float64Array
+from packgen.check import wall_clearance
 from packgen.check.inside import inside
 from packgen.errors import GeometryError
 from packgen.geometry import Ball, Box, Cone, Container, Mesh, Shape, Slice
@@ -15,6 +16,9 @@ Locations = tuple[Shape | Slice, ...]
 
 POINTS = 8192
 SIGMAS = 4.0
+
+CELLS = 64
+"""Cells along each side of a box, with a random point each, that measure a volume to 3e-4 of the box."""
 
 
 def narrowest(bounds: Float64Array, periodic: tuple[bool, bool, bool]) -> tuple[float, str]:
@@ -74,6 +78,46 @@ def width_of(container: Container, own: Locations = ()) -> float:
     return float((high - low).min())
 
 
+def volume_of(container: Container, own: Locations) -> float:
+    """Return the volume of the part of a zone within the container [m3].
+
+    Args:
+        container: The container.
+        own: What bounds the zone beside it; nothing: the whole container.
+
+    Returns:
+        The volume, exact of a whole container, of a slice of one, and between planes along the axes; else to
+        about 3e-4 of its bounding box.
+    """
+    if not own:
+        return container.volume
+    if len(own) == 1 and isinstance(own[0], Slice):
+        from packgen.measure.volumes import container_volume_below
+
+        levels = np.array([own[0].low, own[0].high])
+        return float(np.diff(container_volume_below(container, own[0].axis, levels))[0])
+    bounds = _common_bounds(container, own)
+    shapes = [container.shape, *own]
+    if all(isinstance(each, Box | Slice) for each in shapes):
+        return float(np.prod(bounds[1] - bounds[0]))
+    points = even_points(bounds)
+    return float(np.prod(bounds[1] - bounds[0])) * len(_points_within(shapes, points)) / len(points)
+
+
+def volume_inside(container: Container, depth: float) -> float:
+    """Return the volume of the points at least so deep within the walls of a container [m3]."""
+    points = even_points(np.array(container.bounds))
+    deep = wall_clearance(container, points, np.full(len(points), depth)) >= depth
+    return float(np.prod(container.bounds[1] - container.bounds[0])) * float(deep.mean())
+
+
+def even_points(bounds: Float64Array) -> Float64Array:
+    """Return points of a box (2, 3) [m], one at random in each of its cells, shape (n, 3)."""
+    cell = np.stack(np.meshgrid(*[np.arange(CELLS)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    shares = (cell + np.random.default_rng(0).random(cell.shape)) / CELLS
+    return np.asarray(bounds[0] + shares * (bounds[1] - bounds[0]))
+
+
 def _widened(shape: Shape | Slice, reach: float) -> Shape | Slice:
     if not (isinstance(shape, Slice) and shape.centers_only):
         return shape
@@ -111,10 +155,15 @@ def _share_within(shapes: Sequence[Shape | Slice], bounds: Float64Array) -> floa
     if all(isinstance(each, Box | Slice) for each in shapes):
         return 1.0  # all are axis-parallel boxes, and so is their intersection
     points = bounds[0] + np.random.default_rng(0).random((POINTS, 3)) * (bounds[1] - bounds[0])
+    return float(len(_points_within(shapes, points)) / POINTS)
+
+
+def _points_within(shapes: Sequence[Shape | Slice], points: Float64Array) -> Float64Array:
+    """Return those of some points (N, 3) [m] that are within all of some shapes, (n, 3)."""
     # The cheapest first: a mesh tests only the points that the others leave.
     for shape in sorted(shapes, key=lambda each: isinstance(each, Mesh)):
         points = points[_within(shape, points)]
-    return float(len(points) / POINTS)
+    return points
 
 
 def _within(shape: Shape | Slice, points: Float64Array) -> np.ndarray:

@@ -27,7 +27,7 @@ class SolidFraction:
     Attributes:
         top: Height of the bed's top along the direction against gravity [m]: 95 % of the solid volume belongs
             to spheres with centres at or below it, so that neither the ragged surface nor a stray sphere
-            moves it. An endless bed has none: the container's upper side.
+            moves it. A bed that is endless, or without gravity, has none: the container's upper side.
         filled_volume: The container's volume below the top [m3].
         filled: Solid fraction of that volume, spheres that the top cuts counted by their caps.
         core: Solid fraction of the core; None where the bed has no room for one.
@@ -70,7 +70,7 @@ def solid_fraction_with(bed: Bed, core: Core | None) -> SolidFraction:
         return SolidFraction(float((bed.container.bounds @ up).min()), 0.0, 0.0, None, None, "no spheres")
     top = _top(bed, up)
     filled_volume = float(container_volume_below(bed.container, up, np.array([top]))[0])
-    part = sphere_volume(bed.radius) if bed.endless else volume_below(bed.position @ up, bed.radius, top)
+    part = volume_below(bed.position @ up, bed.radius, top) if bed.rests else sphere_volume(bed.radius)
     solid = float(part.sum())
     return SolidFraction(
         top=top,
@@ -91,7 +91,7 @@ def core_of(bed: Bed) -> Core | None:
 
 
 def _top(bed: Bed, up: Float64Array) -> float:
-    if bed.endless:
+    if not bed.rests:
         return float((bed.container.surface.vertices @ up).max())
     return bed_top(bed.position @ up, bed.radius)
 

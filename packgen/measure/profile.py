@@ -19,7 +19,7 @@ SLABS_MIN = 4
 class HeightProfile:
     """Solid fraction of the slabs of a bed, from the container's floor to the bed's highest point.
 
-    Of an endless bed, from one side of the container to the other.
+    Of a bed that is endless or without gravity, from one side of the container to the other.
 
     Attributes:
         height: Bounds of the slabs along the direction against gravity [m], one more than slabs.
@@ -51,7 +51,7 @@ def height_profile(bed: Bed) -> HeightProfile:
     position, radius = bed.position[sound], bed.radius[sound]
     corners = bed.container.surface.vertices @ up
     low, high = float(corners.min()), float((position @ up + radius).max())
-    if bed.endless:
+    if not bed.rests:
         position, radius = with_images(bed, along=up)
         high = float(corners.max())
     height = position @ up

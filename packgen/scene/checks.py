@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from packgen.arrange.registry import DEFAULT, find
 from packgen.distributions import Listed
+from packgen.errors import PackingError
 from packgen.scene.document import SceneFile
 from packgen.scene.faults import Fault, Said
-from packgen.scene.models import ZoneSpec
+from packgen.scene.models import AMOUNTS, FRACTIONS, ZoneSpec
 from packgen.scene.yamlmarks import Location
 from packgen.supply.shares import expected_count, number_shares
 
@@ -24,12 +26,37 @@ def across(data: dict[str, Any]) -> list[Fault]:
     sets = _list(data.get("particle_sets"))
     faults = [*_materials(data), *_names(sets)]
     count = len(sets)
+    faults += _densities(data)
     for index, zone in enumerate(_list(data.get("zones"))):
         proportions = zone.get("set_proportions") if isinstance(zone, dict) else None
         if isinstance(proportions, list) and proportions and count and len(proportions) != count:
             expected = f"{count}, one for each of particle_sets"
             numbers = "1 number" if len(proportions) == 1 else f"{len(proportions)} numbers"
             faults.append(Fault(("zones", index, "set_proportions"), Said(numbers), expected))
+    return faults
+
+
+def _densities(data: dict[str, Any]) -> list[Fault]:
+    """Return the fractions and gaps that the algorithm does not keep, and those beside an amount."""
+    name = data.get("algorithm") or DEFAULT
+    try:
+        known = find(name).params if isinstance(name, str) else None
+    except PackingError:
+        return []
+    kept: frozenset[str] = getattr(known, "zone_keys", frozenset())
+    faults = []
+    for index, zone in enumerate(_list(data.get("zones"))):
+        values = zone if isinstance(zone, dict) else {}
+        given = [key for key in (*FRACTIONS, "gap") if values.get(key) is not None]
+        amount = next((key for key in AMOUNTS if values.get(key) is not None), None)
+        for key in given:
+            place = ("zones", index, key)
+            if key not in kept:
+                expected = f"none: not supported yet by {name}; leave it out, or take `algorithm: DISPERSED`"
+                faults.append(Fault(place, values[key], expected))
+            elif amount is not None and key in FRACTIONS:
+                expected = f"one of both: {name} spreads an amount over the whole zone; leave the other out"
+                faults.append(Fault(place, Said(f"{key} beside {amount}"), expected))
     return faults
 
 
@@ -90,9 +117,7 @@ def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
     faults = _shared_files(sets, zones)
     for index, zone in enumerate(zones):
         count = expected_count(zone, sets)
-        key = next(
-            (name for name in ("n_particles", "volume", "mass") if getattr(zone, name) is not None), ""
-        )
+        key = next((name for name in AMOUNTS if getattr(zone, name) is not None), "")
         if count is None:
             continue
         if count < 0.5:

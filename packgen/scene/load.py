@@ -41,7 +41,7 @@ class Scene:
         path: The scene file.
         container: The container.
         gravity_direction: Unit vector along which spheres fall.
-        gravity: Acceleration of gravity [m/s2].
+        gravity: Acceleration of gravity [m/s2]; 0 of an algorithm without gravity.
         seed: Seed of everything random.
         algorithm: Name of the algorithm.
         params: Settings of the algorithm, an instance of its own ``Params``; a mapping where it has none.
@@ -160,7 +160,7 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         path=path,
         container=document.container,
         gravity_direction=document.gravity_axis,
-        gravity=document.gravity,
+        gravity=0.0 if getattr(type(document.params), "weightless", False) else document.gravity,
         seed=document.seed,
         algorithm=document.algorithm,
         params=free_params(document.params) if isinstance(document.params, FreeParams) else document.params,

@@ -7,9 +7,9 @@ of packgen asks for.
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import model_validator
+from pydantic import BeforeValidator, model_validator
 
 from packgen.units import LENGTHS
 from packgen.values import (
@@ -19,6 +19,7 @@ from packgen.values import (
     Flag,
     Fraction,
     Fractions,
+    InnerFraction,
     Keys,
     Length,
     LengthUnit,
@@ -39,9 +40,16 @@ from packgen.values import (
 )
 
 __all__ = [
-    "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "LocationSpec", "MaterialSpec",
-    "PrimitiveSpec", "SliceSpec", "SphereSpec", "ValidationSpec", "ZoneSpec",
+    "AMOUNTS", "FRACTIONS", "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "FractionSpec", "GapSpec",
+    "LocationSpec", "MaterialSpec", "PrimitiveSpec", "RatioSpec", "SliceSpec", "SphereSpec", "ValidationSpec",
+    "ZoneSpec",
 ]  # fmt: skip
+
+AMOUNTS = ("n_particles", "volume", "mass")
+"""The keys of a zone that say how much is in it."""
+
+FRACTIONS = ("solid_fraction", "porosity", "void_ratio")
+"""The keys of a zone that say how dense it is."""
 
 SUM_SLACK = 2.0e-3  # lets thirds be written as 0.333
 _ORIGIN: Unit3 = (0.0, 0.0, 0.0)
@@ -187,13 +195,67 @@ class LocationSpec(_Place):
     slice: SliceSpec | None = None
 
 
-class ZoneSpec(Keys):
-    """A part of the container to fill: where, how much, and with which sets.
+class FractionSpec(Keys):
+    """How dense a zone is, as a share of its space.
 
     Attributes:
-        n_particles: Number of spheres; this, ``volume`` and ``mass`` all None: until the zone is full.
+        value: The share.
+        of: Whether it is that of the filled volume, walls included, or of the core away from them.
+    """
+
+    value: InnerFraction
+    of: Literal["filled", "core"] = "filled"
+
+
+class RatioSpec(Keys):
+    """How dense a zone is, as the ratio of voids to spheres; see ``FractionSpec``."""
+
+    value: Positive
+    of: Literal["filled", "core"] = "filled"
+
+
+class GapSpec(Keys):
+    """The least distance between surfaces; both parts add up.
+
+    Attributes:
+        radii: In radii: of the mean radius of two spheres, at a wall of the sphere's own.
+        length: In metres.
+    """
+
+    radii: NonNegative = 0.0
+    length: NonNegativeLength = 0.0
+
+
+def _by_value(value: Any) -> Any:
+    """Return a plain number as the mapping that it stands for."""
+    return value if isinstance(value, dict | FractionSpec | RatioSpec) else {"value": value}
+
+
+def _by_unit(value: Any) -> Any:
+    """Return a plain number, which is one of radii, or a length with its unit as a mapping."""
+    if isinstance(value, dict | GapSpec):
+        return value
+    return {"length" if isinstance(value, str) else "radii": value}
+
+
+ShareOfSpace = Annotated[FractionSpec, BeforeValidator(_by_value)]
+RatioOfVoids = Annotated[RatioSpec, BeforeValidator(_by_value)]
+LeastGap = Annotated[GapSpec, BeforeValidator(_by_unit)]
+
+
+class ZoneSpec(Keys):
+    """A part of the container to fill: where, how much or how densely, and with which sets.
+
+    Attributes:
+        n_particles: Number of spheres; without this, another amount and a fraction: until the zone is full.
         volume: Solid volume [m3].
         mass: Mass [kg].
+        solid_fraction: Volume of the spheres over that of the zone, walls included; the number of spheres
+            follows. Algorithm DISPERSED.
+        porosity: The same, by the share of the voids.
+        void_ratio: The same, by the volume of the voids over that of the spheres.
+        gap: Least distance between surfaces, of spheres and of walls: a number of radii, or a length with its
+            unit. Algorithm DISPERSED.
         location: Where; None: the whole container.
         set_proportions: Share of each set; adds up to 1. Empty only before ``load_scene`` fills it in.
         proportions_by: What the shares are shares of.
@@ -202,20 +264,39 @@ class ZoneSpec(Keys):
     n_particles: Count | None = None
     volume: SolidVolume | None = None
     mass: Mass | None = None
+    solid_fraction: ShareOfSpace | None = None
+    porosity: ShareOfSpace | None = None
+    void_ratio: RatioOfVoids | None = None
+    gap: LeastGap | None = None
     location: LocationSpec | None = None
     set_proportions: Fractions = ()
     proportions_by: Literal["number", "volume", "mass"] = "number"
 
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
-        given = [name for name in ("n_particles", "volume", "mass") if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise fault((given[1], " and ".join(given), "at most one of n_particles, volume, mass"))
+        for names in (AMOUNTS, FRACTIONS):
+            given = [name for name in names if getattr(self, name) is not None]
+            if len(given) > 1:
+                raise fault((given[1], " and ".join(given), f"at most one of {', '.join(names)}"))
         total = math.fsum(self.set_proportions)
         if self.set_proportions and abs(total - 1.0) > SUM_SLACK:
             expected = f"numbers that add up to 1, not to {total:g}"
             raise fault(("set_proportions", list(self.set_proportions), expected))
         return self
+
+    @property
+    def density_key(self) -> str | None:
+        """The key that says how dense the zone is; None: none does."""
+        return next((name for name in FRACTIONS if getattr(self, name) is not None), None)
+
+    @property
+    def fraction(self) -> FractionSpec | None:
+        """How dense it is, as a solid fraction; None: that is not asked."""
+        if self.porosity is not None:
+            return FractionSpec(value=1.0 - self.porosity.value, of=self.porosity.of)
+        if self.void_ratio is not None:
+            return FractionSpec(value=1.0 / (1.0 + self.void_ratio.value), of=self.void_ratio.of)
+        return self.solid_fraction
 
 
 class MaterialSpec(Keys):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from packgen.geometry import Cone, Mesh
-from packgen.measure import find_core, solid_fraction, solid_volume
+from packgen.measure import find_core, height_profile, solid_fraction, solid_volume
 from packgen.measure.core import Core
 from tests.beds import box_container, cubic_lattice, make_bed, make_container, revolved_surface
 
@@ -111,3 +111,13 @@ def test_an_empty_bed_has_no_solid():
     fraction = solid_fraction(make_bed(np.empty((0, 3)), 0.1, box_container([0, 0, 0], [1, 1, 1])))
     assert fraction.filled == 0.0
     assert fraction.core is None
+
+
+def test_a_bed_without_gravity_fills_all_of_its_container():
+    container = box_container([0, 0, 0], [2, 2, 2])
+    bed = make_bed([[1, 1, 0.5], [0.5, 1, 1.2]], 0.4, container, gravity=np.zeros(3))
+    found = solid_fraction(bed)
+    assert (found.top, found.filled_volume) == (2.0, 8.0)
+    assert found.filled == pytest.approx(2 * 4 / 3 * np.pi * 0.4**3 / 8)
+    profile = height_profile(bed)
+    assert (profile.height[0], profile.height[-1]) == (0.0, 2.0)
