@@ -14,6 +14,7 @@ from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.bedfile import plain
 from packgen.check import Check, check_bed, wall_clearance
+from packgen.cores import free_cores
 from packgen.measure import (
     ClosePacking,
     Contacts,
@@ -40,8 +41,6 @@ from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
 from packgen.measure.volumes import sphere_volume
 from packgen.version import __version__
-
-THREADS = 2
 
 
 class ZoneOutcome(Protocol):
@@ -286,7 +285,7 @@ def measure_bed(
         check: The check of this bed, where it has been made already.
         clearance: Distance of each centre from the nearest wall [m], exact up to `WALL_REACH` radii, where it
             is known; shape (N,).
-        threads: Threads to use; None: two. The numbers do not depend on it.
+        threads: Threads to use; None: as many as cores are free. The numbers do not depend on it.
 
     Returns:
         The measures.
@@ -308,7 +307,7 @@ def measure_bed(
     ]
     core = core_of(bed)
     # Each is a search of its own; the arrays they work through are long enough to leave the interpreter free.
-    with ThreadPoolExecutor(threads or THREADS) as pool:
+    with ThreadPoolExecutor(threads or free_cores()) as pool:
         radial = pool.submit(radial_profile, bed)
         correlation = pool.submit(pair_correlation, bed, core)
         if clearance is None:

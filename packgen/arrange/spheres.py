@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.arrays import Float64Array, Int32Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bodies import joined_bodies
 
 
@@ -30,7 +30,9 @@ class Spheres:
     def __len__(self) -> int:
         return len(self.radius)
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Spheres:
+    def __getitem__(self, chosen: NDArray[np.bool_] | Int64Array) -> Spheres:
+        if chosen.dtype == np.bool_ and chosen.all():
+            return self
         return Spheres(
             self.position[chosen],
             self.radius[chosen],

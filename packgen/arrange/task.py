@@ -53,8 +53,9 @@ class Setting:
         container: The vessel.
         down: Unit vector along which things fall, shape (3,), float64.
         settings: The scene's ``params`` as the algorithm's own ``Params``; a mapping where it has none.
-        threads: Threads that the algorithm may use; None: its own choice. ``adam`` gives them to torch, one
-            by default; ``projection`` arranges on one core whatever is given. The bed does not depend on it.
+        threads: Threads that the algorithm may use; None: its own choice. ``projection`` arranges each layer
+            with them, by default with as many as cores are free; ``adam`` gives them to torch, one by
+            default. The bed does not depend on it.
         device: ``cpu`` or ``cuda``.
     """
 

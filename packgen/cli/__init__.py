@@ -135,8 +135,8 @@ def build_parser() -> argparse.ArgumentParser:
         "--threads",
         metavar="N",
         type=_whole(1),
-        help="threads for the measures, and for the optimizer adam; projection, the default, arranges on one "
-        "core whatever is given (default: two for the measures, one for adam)",
+        help="threads of the arrangement and of the measures; the bed is the same for any number (default: "
+        "as many as cores are free to packgen; one for the optimizer adam)",
     )
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")
     parser.add_argument(

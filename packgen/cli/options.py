@@ -19,7 +19,7 @@ class RunOptions:
         validate: Whether solvers confirm the bed.
         solver: Names of these solvers, each once; empty: the default one.
         seed: Seed in place of the scene's; None: the scene's.
-        threads: Threads for the parts that use several; None: packgen's choice.
+        threads: Threads of the arrangement and of the measures; None: as many as cores are free.
         device: Where to compute, ``cpu`` or ``cuda``.
         templates: Folder whose deck templates replace packgen's own; None: none does.
         export_option: Options of exporters, each ``NAME.KEY=VALUE``.

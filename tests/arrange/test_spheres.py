@@ -40,3 +40,10 @@ def test_a_pile_buries_whole_bodies_only():
     assert pile.front.body_index.tolist() == [1, 1]
     assert len(pile) == 5
     assert np.bincount(pile.all().body_index).tolist() == [2, 2, 1]
+
+
+def test_spheres_are_chosen_by_places_as_well_as_by_marks():
+    three = Spheres(np.arange(9.0).reshape(3, 3), np.arange(3.0), *[np.arange(3, dtype=np.int32)] * 3)
+    assert three[np.array([2, 1])].radius.tolist() == [2.0, 1.0]
+    assert three[np.array([False, True, True])].radius.tolist() == [1.0, 2.0]
+    assert three[np.ones(3, bool)].radius.tolist() == [0.0, 1.0, 2.0]

@@ -16,6 +16,7 @@ from packgen.arrange.space.region import Region, make_region
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Filled, Listener, Progress, Task, ZoneTask
 from packgen.arrange.zones import fill_zones
+from packgen.cores import free_cores
 from packgen.geometry import floor_direction
 
 
@@ -40,9 +41,9 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
     plan = LayerPlan()
     if setting.settings.batch_size is not None:
         plan = plan.of_size(setting.settings.batch_size, supply, region)
-    batch = 0
+    batch, threads = 0, setting.threads or free_cores()
     for gap in (recipe.gap, 0.0):
-        open_zone = OpenZone(zone.index, region, supply, Pile(earlier), rng, setting.device)
+        open_zone = OpenZone(zone.index, region, supply, Pile(earlier), rng, setting.device, threads)
         tell = _report(listener, len(earlier), supply.asked, region)
         recipe = replace(recipe, gap=gap)
         if endless:

@@ -38,6 +38,7 @@ class OpenZone:
         pile: All spheres placed so far, those of earlier zones included; grows.
         rng: Draws the start positions.
         device: Where the sweeps run; see ``projection.settle``.
+        threads: Threads of the sweeps at most.
         stats: Counters of the layers' work.
     """
 
@@ -47,6 +48,7 @@ class OpenZone:
     pile: Pile
     rng: np.random.Generator
     device: str = "cpu"
+    threads: int = 1
     stats: SettleStats = field(default_factory=SettleStats)
 
     def newcomers(self, start: Float64Array, draw: Draw, batch: int) -> Spheres:
@@ -63,7 +65,7 @@ class OpenZone:
         region = self.region
         position, kept = settle(
             ball, len(moving), region.walls, region.down, recipe, self.stats, device=self.device,
-            body_index=moving.body_index,
+            body_index=moving.body_index, threads=self.threads,
         )  # fmt: skip
         return position, kept & region.holds(position)
 

@@ -217,6 +217,7 @@ def fill_list(
     moving: int,
     grids: LevelGrids,
     starts: CellStarts,
+    owners: NDArray[np.int32],
     begin: NDArray[np.int64],
     neighbor: NDArray[np.int32],
 ) -> int:
@@ -227,8 +228,8 @@ def fill_list(
         moving: How many of them move.
         grids: Of ``level_grids``.
         starts: Of ``cell_keys``.
-        begin: Out: first list entry of each owner, shape (owners + 1,); owners are the moving spheres, or all
-            where there is more than one level.
+        owners: The spheres whose pairs are listed, shape (O,); see ``pair_owners``.
+        begin: Out: first list entry of each owner, shape (O + 1,).
         neighbor: Out: the other sphere of each pair.
 
     Returns:
@@ -238,9 +239,10 @@ def fill_list(
     box, reaches, size, cells, first = grids
     start_moving, start_fixed = starts
     total = 0
-    capacity, owners, levels = len(neighbor), len(begin) - 1, len(size)
-    for i in range(owners):
-        begin[i] = total
+    capacity, levels = len(neighbor), len(size)
+    for each in range(len(owners)):
+        begin[each] = total
+        i = int(owners[each])
         own = level[i]
         x, y, z = ball[i, 0], ball[i, 1], ball[i, 2]
         fixed_owner = i >= moving
@@ -289,7 +291,7 @@ def fill_list(
                         if total + high - low >= capacity:
                             return -1
                         total = append_range(ball, reach, i, low, high, neighbor, total)
-    begin[owners] = total
+    begin[len(owners)] = total
     return total
 
 

@@ -54,7 +54,9 @@ class Layer(Protocol):
         """Return the arranged radii of the moving spheres, in the layer's own order [m], shape (moving,)."""
 
 
-def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str, body: Int64Array) -> Layer:
+def make_layer(
+    ball: Float64Array, moving: int, walls: WallTable, device: str, body: Int64Array, threads: int
+) -> Layer:
     """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides.
 
     Args:
@@ -64,11 +66,12 @@ def make_layer(ball: Float64Array, moving: int, walls: WallTable, device: str, b
         device: ``cpu``, or a device of torch.
         body: Body of each moving sphere, shape (moving,), numbered from 0; the layer leaves pairs of one body
             out of its lists, so that they neither part nor are blamed. Empty: each sphere is a body.
+        threads: Threads that arrange it on a CPU. The outcome does not depend on it.
     """
     if device == "cpu":
         from packgen.arrange.projection.numba_layer import FusedLayer
 
-        return FusedLayer(ball, moving, walls, body)
+        return FusedLayer(ball, moving, walls, body, threads)
     from packgen.arrange.projection.torch_layer import PlainLayer
 
     return PlainLayer(ball, moving, walls, device, body)

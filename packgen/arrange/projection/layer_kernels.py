@@ -1,4 +1,7 @@
-"""A whole layer in one loop: lists, sweeps, overlaps, and who is thrown back, with no Python in between."""
+"""A whole layer in one loop: lists, sweeps, overlaps, and who is thrown back, with no Python in between.
+
+Each thread of a team runs it on its share; see ``shares``. All take the same decisions.
+"""
 
 from __future__ import annotations
 
@@ -7,223 +10,204 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.arrange.neighbors.list_kernels import Pairs
-from packgen.arrange.neighbors.listing import list_pairs
-from packgen.arrange.neighbors.seam_pairs import SeamPairs, seam_pairs
-from packgen.arrange.projection.pair_rules import (
-    list_reach,
-    pairs_to_part,
-    push_weights,
-    with_their_bodies,
-)
-from packgen.arrange.projection.ranks import closed_ranks
+from packgen.arrange.projection.pair_rules import with_their_bodies
+from packgen.arrange.projection.rebuild_kernels import rebuilt
 from packgen.arrange.projection.recipe import Schedule, Step
-from packgen.arrange.projection.sweep_kernels import (
-    Anchor,
-    LayerSpheres,
-    Lists,
-    Work,
-    sphere_overlaps,
-    sweep,
-)
+from packgen.arrange.projection.shares import LOOKED, PACE, Team, agreed
+from packgen.arrange.projection.sweep_kernels import LayerState, Lists, Now, blame_own, look_ahead, sweep
 from packgen.arrange.projection.throw_back import spheres_to_go
-from packgen.arrange.space.map_kernels import WallList
-from packgen.arrange.space.seams import is_periodic, wrapped_coordinate
-from packgen.arrange.space.walls import WallTable, walls_in_reach
+from packgen.arrange.space.seams import wrapped_coordinate
+from packgen.arrange.space.walls import WallTable
 from packgen.compiled import inlined, inner_loop, loop
+from packgen.team import meet, ticks
 
 
 @inner_loop
-def rebuilt(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres, lists: Lists, walls: WallTable, skin: float
-):
-    """Sort the spheres of a layer by cell and list their neighbours and walls anew.
-
-    Args:
-        spheres: The spheres; their arrays change.
-        lists: The lists before, whose arrays are written over.
-        walls: The walls.
-        skin: See ``list_reach``.
-
-    Returns:
-        (the spheres that are left, the lists).
-    """
-    ball, previous, identity = closed_ranks(spheres.ball, spheres.previous, spheres.identity, walls.seams)
-    moving = len(previous)
-    reach = list_reach(ball, moving, skin, spheres.reference)
-    order, (ball, reach, _), (owner, neighbor) = list_pairs(ball, reach, moving, lists.pairs.neighbor)
-    pairs = Pairs(owner, neighbor)
-    seam = lists.seam
-    if is_periodic(walls.seams.period):
-        first, second, offset = seam_pairs(ball, reach, moving, walls.seams)
-        seam = SeamPairs(first, second, offset)
-    former, place = np.empty((moving, 3)), np.empty(moving, np.int64)
-    for i in range(moving):
-        place[i] = identity[order[i]]
-        for axis in range(3):
-            former[i, axis] = previous[order[i], axis]
-    weight = push_weights(ball, moving, spheres.reference)
-    spheres = LayerSpheres(ball, former, weight, place, spheres.body, spheres.reference)
-    if len(spheres.body):
-        pairs, seam = of_two_bodies(pairs, seam, spheres)
-    anchor = Anchor(np.empty((moving, 3)), np.empty(moving))
-    for i in range(moving):
-        anchor.margin[i] = reach[i] - ball[i, 3]
-        for axis in range(3):
-            anchor.center[i, axis] = ball[i, axis]
-    begin, item, room = walls_in_reach(ball, anchor.margin, walls, lists.near)
-    near = WallList(begin, item, room)
-    work = Work(np.empty(len(pairs.owner) + 1, np.int32), np.empty((len(ball), 3)))
-    return spheres, Lists(pairs, seam, near, anchor, work)
-
-
-@inlined
-def of_two_bodies(  # type: ignore[no-untyped-def]
-    pairs: Pairs, seam: SeamPairs, spheres: LayerSpheres
-):
-    """Return the pairs without those of one body, whose spheres may overlap each other."""
-    owner, neighbor = pairs
-    apart = pairs_to_part(owner, neighbor, spheres.body, spheres.identity)
-    count = 0
-    for k in range(len(apart)):
-        owner[count], neighbor[count] = owner[k], neighbor[k]
-        count += apart[k]
-    first, second, offset = seam
-    apart = pairs_to_part(first, second, spheres.body, spheres.identity)
-    across = 0
-    for k in range(len(apart)):
-        first[across], second[across] = first[k], second[k]
-        for axis in range(3):
-            offset[across, axis] = offset[k, axis]
-        across += apart[k]
-    return Pairs(owner[:count], neighbor), SeamPairs(first[:across], second[:across], offset[:across])
-
-
-@inner_loop
-def thrown_back(
-    spheres: LayerSpheres, walls: WallTable, blame: NDArray[np.float64], limit: float, share: float
-) -> int:
+def throw_back(state: LayerState, now: Now, walls: WallTable, limit: float, share_most: float, team: Team):  # type: ignore[no-untyped-def]
     """Take spheres out that overlap by more than a limit, and with each its whole body.
 
     Args:
-        spheres: The spheres; the centres of those that are taken out become NaN.
+        state: The layer; the centres of those that are taken out become NaN.
+        now: What counts of it.
         walls: The walls.
-        blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (moving,).
         limit: Overlap above which a sphere has to go.
-        share: Largest share of the moving spheres that goes.
+        share_most: Largest share of the moving spheres that goes.
+        team: The threads, of which the first does all of it.
 
     Returns:
-        How many were taken out.
+        (how many were taken out, whether any moving sphere is left).
     """
-    moving = len(spheres.previous)
-    low, period = walls.seams
-    ball = np.empty((moving, 4))
-    for i in range(moving):
-        for axis in range(3):
-            ball[i, axis] = wrapped_coordinate(spheres.ball[i, axis], low[axis], period[axis])
-        ball[i, 3] = spheres.ball[i, 3]
-    chosen = spheres_to_go(ball, blame, limit, math.ceil(share * moving))
-    chosen = with_their_bodies(chosen, spheres.body, spheres.identity)
-    count = 0
-    for i in range(moving):
-        if chosen[i]:
-            # NaN compares false: never in contact, never counted as having outrun the list.
-            for axis in range(3):
-                spheres.ball[i, axis] = math.nan
-            count += 1
-    return count
+    if team.rank == 0:
+        chosen = to_go(state, now, walls, limit, math.ceil(share_most * now.moving))
+        ball, out, left = state.ball[now.side], 0, 0
+        for i in range(now.moving):
+            if chosen[i]:
+                # NaN compares false: never in contact, never counted as having outrun the list.
+                for axis in range(3):
+                    ball[i, axis] = math.nan
+                out += 1
+            left += not math.isnan(ball[i, 0])
+        team.known[2], team.known[3] = out, left
+    meet(team.board, team.size)
+    return team.known[2], team.known[3] > 0
 
 
 @inner_loop
-def any_left(spheres: LayerSpheres) -> bool:
-    """Tell whether any moving sphere is not taken out."""
-    for i in range(len(spheres.previous)):
-        if not math.isnan(spheres.ball[i, 0]):
-            return True
-    return False
+def to_go(state: LayerState, now: Now, walls: WallTable, limit: float, most: int) -> NDArray[np.bool_]:
+    """Return which moving spheres have to go, shape (moving,); see ``throw_back``."""
+    ball, (low, period) = np.empty((now.moving, 4)), walls.seams
+    for i in range(now.moving):
+        for axis in range(3):
+            ball[i, axis] = wrapped_coordinate(state.ball[now.side, i, axis], low[axis], period[axis])
+        ball[i, 3] = state.ball[now.side, i, 3]
+    chosen = spheres_to_go(ball, state.blame[: now.moving], limit, most)
+    return with_their_bodies(chosen, state.body, state.identity[now.side][: now.moving])
 
 
 @inlined
-def plain(spheres: LayerSpheres, lists: Lists):  # type: ignore[no-untyped-def]
-    """Return spheres and lists as tuples without names, which alone a loop may give back to Python."""
-    ball, previous, weight, identity, body, reference = spheres
-    (owner, neighbor), (first, second, offset), (begin, item, room), (center, margin), work = lists
-    touching, shift = work
+def plain(now: Now, lists: Lists):  # type: ignore[no-untyped-def]
+    """Return what counts, and lists, as tuples without names, which alone a loop may give back to Python."""
+    own, (owner, neighbor), (first, second, offset), (begin, item, room), (center, margin), work = lists
+    rows, one, other, shift, spare = work
+    side, moving, total = now
     return (
-        (ball, previous, weight, identity, body, reference),
+        (side, moving, total),
         (
+            own,
             (owner, neighbor),
             (first, second, offset),
             (begin, item, room),
             (center, margin),
-            (touching, shift),
+            (rows, one, other, shift, spare),
         ),
     )
 
 
 @loop
 def run_sweeps(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres,
+    state: LayerState,
+    now: Now,
     lists: Lists,
     walls: WallTable,
     down: NDArray[np.float64],
     schedule: Schedule,
     strays: int,
+    team: Team,
 ):
     """Run the sweeps of a schedule with all that comes between them, as ``run_by_steps`` does one by one.
 
     Args:
-        spheres: The spheres; their arrays change.
-        lists: What is near them; their arrays change.
+        state: The layer; its arrays change.
+        now: What counts of it.
+        lists: What is near the own spheres; their arrays change.
         walls: The walls.
         down: Unit vector along which things fall, shape (3,).
         schedule: What each sweep takes, S of them.
         strays: Spheres that have outrun the lists so far; all of them where there are no lists yet.
+        team: The threads.
 
     Returns:
-        ((the spheres that are left, their lists), what was done), see ``plain`` and ``Tally``.
+        (what counts, and the lists, see ``plain``; what was done, see ``Tally``).
     """
-    rebuilds, thrown, number, sink = 0, 0, 0, np.empty(3)
-    looking = done = False
+    rebuilds, thrown, number, turn = 0, 0, 0, 0
+    sink, sink_next = np.empty(3), np.empty(3)
+    fresh, looking, done = True, False, False
     while not done and (looking or number < len(schedule.fall)):
         at = number - looking
         void = strays > 0 and not schedule.sinking[at]
         if not looking:
-            void = strays > schedule.strays[at] * len(spheres.previous)
+            void = strays > schedule.strays[at] * now.moving
         if void:
-            spheres, lists = rebuilt(spheres, lists, walls, schedule.skin[at])
+            now, lists = rebuilt(state, now, lists, walls, schedule.skin[at], team)
             rebuilds += 1
+            fresh = True
         if looking:
             looking = False
             strays = 0 if void else strays
-            largest, blame = sphere_overlaps(spheres, lists, walls.features, down, schedule.scale)
+            largest = blame_own(state, now, lists, walls.features, down, schedule.scale)
+            largest, _ = agreed(team, LOOKED, largest, 0)
             done, limit = largest <= schedule.least and not schedule.sinking[at], schedule.limit[at]
             if not done and limit < math.inf:
-                thrown += thrown_back(spheres, walls, blame, max(limit, schedule.least), schedule.throw_share)
+                limit = max(limit, schedule.least)
+                out, left = throw_back(state, now, walls, limit, schedule.throw_share, team)
+                thrown += out
+                fresh = fresh or out > 0
                 # An empty layer has no neighbour list.
-                done = not any_left(spheres)
+                done = not left
             continue
-        fall = spheres.reference * schedule.fall[number]
+        following = min(number + 1, len(schedule.fall) - 1)
         for axis in range(3):
-            sink[axis] = down[axis] * fall
-        step = Step(
-            schedule.momentum[number],
-            schedule.relaxation,
-            schedule.stride,
-            schedule.roughness[number],
-            schedule.far[number],
+            sink[axis] = down[axis] * (state.reference * schedule.fall[number])
+            sink_next[axis] = down[axis] * (state.reference * schedule.fall[following])
+        step = step_of(schedule, number)
+        if fresh:
+            look_ahead(state, now, lists.own, turn, sink, step.momentum)
+            meet(team.board, team.size)
+            fresh = False
+        momentum_next = schedule.momentum[following]
+        turn_next = turn if team.size == 1 else 1 - turn
+        start = ticks()
+        worst, strays = sweep(
+            state, now, lists, walls.features, turn, turn_next, sink, step, sink_next, momentum_next
         )
-        worst, strays = sweep(spheres, lists, walls.features, sink, step)
+        team.told[PACE, team.rank, 1] += ticks() - start
+        worst, strays = agreed(team, turn, worst, strays)
+        turn = turn_next
         number += 1
         calm = not schedule.sinking[at] and not worst > schedule.calm
         looking = calm or schedule.limit[at] < math.inf
-    return plain(spheres, lists), (number, rebuilds, thrown, strays, done)
+    return plain(now, lists), (number, rebuilds, thrown, strays, done)
+
+
+@inlined
+def step_of(schedule: Schedule, number: int) -> Step:
+    """Return how a sweep of a schedule moves the spheres."""
+    return Step(
+        schedule.momentum[number],
+        schedule.relaxation,
+        schedule.stride,
+        schedule.roughness[number],
+        schedule.far[number],
+    )
 
 
 @loop
-def rebuilt_plain(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres, lists: Lists, walls: WallTable, skin: float
+def rebuilt_alone(  # type: ignore[no-untyped-def]
+    state: LayerState, now: Now, lists: Lists, walls: WallTable, skin: float, team: Team
 ):
     """Do what ``rebuilt`` does; see ``plain``."""
-    spheres, lists = rebuilt(spheres, lists, walls, skin)
-    return plain(spheres, lists)
+    now, lists = rebuilt(state, now, lists, walls, skin, team)
+    return plain(now, lists)
+
+
+@loop
+def sweep_alone(  # type: ignore[no-untyped-def]
+    state: LayerState,
+    now: Now,
+    lists: Lists,
+    walls: WallTable,
+    sink: NDArray[np.float64],
+    step: Step,
+    team: Team,
+):
+    """Do one ``sweep`` and what it needs; return the largest overlap and the strays of all threads."""
+    look_ahead(state, now, lists.own, 0, sink, step.momentum)
+    meet(team.board, team.size)
+    worst, strays = sweep(state, now, lists, walls.features, 0, 1, sink, step, sink, 0.0)
+    return agreed(team, 0, worst, strays)
+
+
+@loop
+def blame_alone(
+    state: LayerState,
+    now: Now,
+    lists: Lists,
+    walls: WallTable,
+    down: NDArray[np.float64],
+    scale: float,
+    team: Team,
+) -> float:
+    """Do what ``blame_own`` does; return the largest overlap of all threads."""
+    largest = blame_own(state, now, lists, walls.features, down, scale)
+    found: float = agreed(team, LOOKED, largest, 0)[0]
+    return found

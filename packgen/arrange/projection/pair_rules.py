@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
-from packgen.compiled import loop
+from packgen.compiled import inlined, loop
 
 PARTING_X, PARTING_Y = 0.7548776662466927, 0.5698402909980532
 """Steps of an even sequence in the plane, by which coincident spheres part: powers of the plastic number, the
@@ -20,6 +20,16 @@ ratio's even sequence."""
 GRAIN_PUSH = 0.1
 """Largest push by rough walls in a sweep, all features together, in radii: gentle, for a sphere between two
 walls must not pass one."""
+
+
+@inlined
+def push_weight(radius: float, moves: bool, largest: float, reference: float) -> float:
+    """Return the weight of one sphere; see ``push_weights``."""
+    if moves:
+        ratio = reference / radius
+        return ratio * ratio * ratio
+    least = reference / largest
+    return least * least * least * (largest / radius - 1.0)
 
 
 @loop
@@ -44,12 +54,8 @@ def push_weights(ball: Float64Array, moving: int, reference: float) -> Float64Ar
     for i in range(len(ball)):
         largest = max(largest, ball[i, 3])
     weight = np.empty(len(ball))
-    for i in range(moving):
-        ratio = reference / ball[i, 3]
-        weight[i] = ratio * ratio * ratio
-    least = reference / largest
-    for i in range(moving, len(ball)):
-        weight[i] = least * least * least * (largest / ball[i, 3] - 1.0)
+    for i in range(len(ball)):
+        weight[i] = push_weight(ball[i, 3], i < moving, largest, reference)
     return weight
 
 

@@ -16,30 +16,56 @@ from packgen.arrange.neighbors.seam_pairs import SeamPairs
 from packgen.arrange.projection.pair_rules import PARTING_X, PARTING_Y
 from packgen.compiled import inlined, inner_loop
 
+NEARLY = 1.0 - 1e-15
+"""Factor within which a product and a quotient are rounded alike."""
+
 
 @inner_loop
-def touching_pairs(ball: NDArray[np.float64], pairs: Pairs, touching: NDArray[np.int32]) -> int:
+def rows_of(owner: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return where the pairs of each owner begin, and the end of all, of the owners of pairs, rising."""
+    rows, count = np.empty(len(owner) + 1, np.int32), 0
+    for k in range(len(owner)):
+        rows[count] = k
+        count += k == 0 or owner[k] != owner[k - 1]
+    rows[count] = len(owner)
+    return rows[: count + 1]
+
+
+@inner_loop
+def touching_pairs(
+    ball: NDArray[np.float64],
+    pairs: Pairs,
+    rows: NDArray[np.int32],
+    one: NDArray[np.int32],
+    other: NDArray[np.int32],
+) -> int:
     """Find the listed pairs that overlap.
 
     Args:
         ball: Centres and radii [m], shape (N, 4).
         pairs: The listed pairs, P of them.
-        touching: Out: numbers of the pairs that overlap, at least P + 1 entries.
+        rows: Where those of each owner begin; see ``rows_of``.
+        one: Out: owners of the pairs that overlap, at least P + 1 entries.
+        other: Out: their other spheres, likewise.
 
     Returns:
         How many there are.
     """
     owner, neighbor = pairs
     count = 0
-    for k in range(len(owner)):
-        # Unsigned: no code for negative indices in the innermost loop.
-        i, j = np.uint64(owner[k]), np.uint64(neighbor[k])
-        dx = ball[i, 0] - ball[j, 0]
-        dy = ball[i, 1] - ball[j, 1]
-        dz = ball[i, 2] - ball[j, 2]
-        reach = ball[i, 3] + ball[j, 3]
-        touching[np.uint64(count)] = k
-        count += dx * dx + dy * dy + dz * dz < reach * reach
+    for row in range(len(rows) - 1):
+        i = np.uint64(owner[rows[row]])
+        x, y, z, radius = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
+        for k in range(rows[row], rows[row + 1]):
+            # Unsigned: no code for negative indices in the innermost loop.
+            j = np.uint64(neighbor[np.uint64(k)])
+            dx = x - ball[j, 0]
+            dy = y - ball[j, 1]
+            dz = z - ball[j, 2]
+            reach = radius + ball[j, 3]
+            at = np.uint64(count)
+            one[at], other[at] = i, j
+            count += dx * dx + dy * dy + dz * dz < reach * reach
     return count
 
 
@@ -82,8 +108,9 @@ def push_apart(
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
     overlap = reach - distance
     smaller = min(ball[i, 3], ball[j, 3])
-    if overlap > worst * smaller:
-        worst = overlap / smaller
+    if overlap > worst * smaller * NEARLY:
+        # The largest of all quotients, whatever the order of the pairs.
+        worst = max(worst, overlap / smaller)
     if distance < 1e-9 * reach:
         # Coincident centres have no normal: the numbers of the spheres give a direction.
         dx, dy, dz = parting(i, j)
@@ -103,8 +130,8 @@ def push_apart(
 def push_pairs(
     ball: NDArray[np.float64],
     weight: NDArray[np.float64],
-    pairs: Pairs,
-    touching: NDArray[np.int32],
+    one: NDArray[np.int32],
+    other: NDArray[np.int32],
     shift: NDArray[np.float64],
 ) -> float:
     """Add up the pushes of overlapping pairs.
@@ -112,18 +139,16 @@ def push_pairs(
     Args:
         ball: Centres and radii [m], shape (N, 4).
         weight: Weight of each sphere in a push; see ``push_weights``; shape (N,).
-        pairs: The listed pairs.
-        touching: Those of them that overlap, shape (T,).
-        shift: Out: sum of the pushes on each sphere [m], shape (N, 3).
+        one: One sphere of each pair that overlaps, shape (T,).
+        other: The other one, shape (T,).
+        shift: Sum of the pushes on each sphere [m], shape (N, 3); grows.
 
     Returns:
         Largest overlap as a fraction of the smaller radius.
     """
-    owner, neighbor = pairs
     worst = 0.0
-    shift[:] = 0.0
-    for k in touching:
-        i, j = np.uint64(owner[k]), np.uint64(neighbor[k])
+    for k in range(len(one)):
+        i, j = np.uint64(one[k]), np.uint64(other[k])
         dx = ball[i, 0] - ball[j, 0]
         dy = ball[i, 1] - ball[j, 1]
         dz = ball[i, 2] - ball[j, 2]

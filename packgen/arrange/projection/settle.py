@@ -23,6 +23,12 @@ from packgen.portable import cube, whole_power
 STEPS_MAX = 2_000_000
 """Spheres times sweeps of one run of the compiled loop, a tenth of a second: a signal waits for its end."""
 
+SHARE_MIN = 500
+"""Least moving spheres a thread."""
+
+STRIPE_MIN = 3.0
+"""Least width of a thread's stripe, in largest diameters: pairs across its sides are looked at twice."""
+
 
 @dataclass(slots=True)
 class SettleStats:
@@ -44,6 +50,7 @@ def settle(
     sink: bool = True,
     device: str = "cpu",
     body_index: Int32Array | None = None,
+    threads: int = 1,
 ) -> tuple[Float64Array, NDArray[np.bool_]]:
     """Arrange a layer.
 
@@ -58,6 +65,7 @@ def settle(
         device: ``cpu`` for the fused loops, any other torch device for plain torch (``torch``: on the CPU).
         body_index: Body of each moving sphere, shape (moving,); a body finds a place as a whole or not at
             all. Its spheres may overlap each other, and move each for itself. None: each sphere is a body.
+        threads: Threads at most; see ``threads_of``. The outcome does not depend on it.
 
     Returns:
         (centres of the moving spheres [m], shape (moving, 3); which of them found a place, shape (moving,)).
@@ -65,7 +73,9 @@ def settle(
         body.
     """
     with signals_heard():
-        layer = _arranged(ball, moving, walls, down, recipe, stats or SettleStats(), sink, device, body_index)
+        layer = _arranged(
+            ball, moving, walls, down, recipe, stats or SettleStats(), sink, device, body_index, threads
+        )
         found = layer.positions()
     position = ball[:moving, :3].copy()
     still_in = ~np.isnan(found[:, 0])
@@ -86,11 +96,14 @@ def _arranged(
     sink: bool,
     device: str,
     body_index: Int32Array | None,
+    threads: int,
 ) -> Layer:
     """Return the layer in which the spheres have come to rest; see ``settle``."""
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
-    layer = make_layer(arranged, moving, walls, device, body_numbers(body_index))
+    layer = make_layer(
+        arranged, moving, walls, device, body_numbers(body_index), threads_of(ball[:moving], threads)
+    )
     radius = arranged[:moving, 3]
     reference = float(np.mean(radius)) if moving else 0.0
     if sink and moving and radius.min() < radius.max():
@@ -98,6 +111,20 @@ def _arranged(
     # One kind of array: the compiled loop is made for it alone.
     _relax(layer, np.array(down, np.float64), recipe, stats, sink)
     return layer
+
+
+def threads_of(ball: Float64Array, most: int) -> int:
+    """Return how many threads a layer is worth: a small one is arranged before its threads have met.
+
+    Args:
+        ball: Centres and radii of the moving spheres [m], shape (moving, 4).
+        most: Threads at most.
+    """
+    if len(ball) == 0:
+        return 1
+    longest = float(np.ptp(ball[:, :3], axis=0).max())
+    widest = 2.0 * STRIPE_MIN * float(ball[:, 3].max())
+    return max(1, min(most, len(ball) // SHARE_MIN, int(longest / widest)))
 
 
 def _relax(layer: Layer, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool) -> None:

@@ -25,36 +25,58 @@ from packgen.arrange.projection.push_kernels import (
 from packgen.arrange.projection.recipe import Step
 from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_gap
 from packgen.arrange.space.map_kernels import WallList
-from packgen.compiled import inlined, loop
+from packgen.compiled import inlined, inner_loop
 
 
-class LayerSpheres(NamedTuple):
-    """The spheres of a layer; the first ones move.
+class LayerState(NamedTuple):
+    """The spheres of a layer, which the threads that arrange it share; the first ones move.
+
+    Arrays of two sides hold what is sorted, or moved, from one side to the other. In each the first entries
+    count, as many as are left of N spheres, M of which moved at first.
 
     Attributes:
-        ball: Centres and arranged radii [m], shape (N, 4), float64.
-        previous: Centres of the moving ones one sweep ago [m], shape (moving, 3), float64.
-        weight: Weight of each sphere in a push, shape (N,), float64; see ``push_weights``.
+        ball: Centres and arranged radii [m], shape (2, N, 4), float64.
+        previous: Centres of the moving ones one sweep ago [m], shape (2, M, 3), float64.
         identity: Place of each moving sphere in the order given, by which it meets its own grain of a rough
-            wall, shape (moving,), int64.
+            wall, shape (2, M), int64.
+        ahead: Where a sweep takes the spheres before it parts them, and their radii [m], shape (2, N, 4),
+            float64.
+        weight: Weight of each sphere in a push, shape (N,), float64; see ``push_weights``.
+        blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (M,).
         body: Body of each sphere that moved at first, in the order given, int64; empty: each is a body.
         reference: Mean radius of the spheres that moved at first [m].
     """
 
     ball: NDArray[np.float64]
     previous: NDArray[np.float64]
-    weight: NDArray[np.float64]
     identity: NDArray[np.int64]
+    ahead: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    blame: NDArray[np.float64]
     body: NDArray[np.int64]
     reference: float
+
+
+class Now(NamedTuple):
+    """Which entries of a layer's arrays count.
+
+    Attributes:
+        side: Side of ``ball``, ``previous`` and ``identity``.
+        moving: Spheres that move; those taken out count until the next rebuild.
+        total: Spheres, fixed ones included.
+    """
+
+    side: int
+    moving: int
+    total: int
 
 
 class Anchor(NamedTuple):
     """For how long the lists of a layer hold.
 
     Attributes:
-        center: Centres of the moving spheres when the lists were made [m], shape (moving, 3), float64.
-        margin: They hold while no sphere has moved further than this [m], shape (moving,), float64.
+        center: Centres of the own spheres when the lists were made [m], shape (own, 3), float64.
+        margin: They hold while no sphere has moved further than this [m], shape (own,), float64.
     """
 
     center: NDArray[np.float64]
@@ -65,25 +87,33 @@ class Work(NamedTuple):
     """Work space of a sweep over N spheres and P pairs.
 
     Attributes:
-        touching: For the pairs that overlap, shape (P + 1,) or longer, int32.
+        rows: Where the pairs of each owner begin; see ``rows_of``; int32.
+        one: For the owners of the pairs that overlap, shape (P + 1,), int32.
+        other: For their other spheres, likewise.
         shift: For the pushes on each sphere [m], shape (N, 3), float64.
+        room: For the neighbour list, int32.
     """
 
-    touching: NDArray[np.int32]
+    rows: NDArray[np.int32]
+    one: NDArray[np.int32]
+    other: NDArray[np.int32]
     shift: NDArray[np.float64]
+    room: NDArray[np.int32]
 
 
 class Lists(NamedTuple):
-    """What is near each sphere of a layer until one of them has moved too far.
+    """What is near the moving spheres of one thread until one of them has moved too far.
 
     Attributes:
-        pairs: The listed pairs.
-        seam: The pairs that are close across a seam.
-        near: The walls that each moving sphere can reach.
+        own: These spheres, rising, shape (own,), int32.
+        pairs: The listed pairs with any of them, in the order of the whole layer's.
+        seam: The pairs with any of them that are close across a seam.
+        near: The walls that each own sphere can reach.
         anchor: For how long these lists hold.
         work: Work space of the sweeps over them.
     """
 
+    own: NDArray[np.int32]
     pairs: Pairs
     seam: SeamPairs
     near: WallList
@@ -97,45 +127,105 @@ def wall_grain(identity: int) -> float:
     return identity * GRAIN_STEP % 1.0
 
 
-@loop
-def sweep(  # type: ignore[no-untyped-def]
-    spheres: LayerSpheres,
-    lists: Lists,
-    features: Features,
+@inner_loop
+def look_ahead(
+    state: LayerState,
+    now: Now,
+    own: NDArray[np.int32],
+    turn: int,
     sink: NDArray[np.float64],
-    step: Step,
-):
-    """Sink, extrapolate, push apart, and put back inside the walls, once.
+    momentum: float,
+) -> None:
+    """Take the own spheres to where a sweep parts them: sunk, and extrapolated by momentum.
 
     Args:
-        spheres: The spheres; ``ball`` and ``previous`` of the moving ones change.
-        lists: What is near them.
-        features: The walls.
+        state: The layer.
+        now: What counts of it.
+        own: The own spheres.
+        turn: Side of ``ahead`` to write.
         sink: Displacement before the sweep [m], shape (3,).
+        momentum: Share of the last displacement that is added again.
+    """
+    ball, previous, ahead = state.ball[now.side], state.previous[now.side], state.ahead[turn]
+    for i in own:
+        for axis in range(3):
+            sunk = ball[i, axis] + sink[axis]
+            ahead[i, axis] = sunk + momentum * (sunk - previous[i, axis])
+
+
+@inner_loop
+def sweep(  # type: ignore[no-untyped-def]
+    state: LayerState,
+    now: Now,
+    lists: Lists,
+    features: Features,
+    turn: int,
+    turn_next: int,
+    sink: NDArray[np.float64],
+    step: Step,
+    sink_next: NDArray[np.float64],
+    momentum_next: float,
+):
+    """Push the own spheres apart and put them back inside the walls, once.
+
+    Args:
+        state: The layer; centres, and those one sweep ago, of the own spheres change.
+        now: What counts of it.
+        lists: What is near the own spheres.
+        features: The walls.
+        turn: Side of ``ahead`` where the spheres are.
+        turn_next: Side to which the sweep takes its own spheres for the next; the same where there is but one
+            thread, and no other still looks at it.
+        sink: Displacement that has led there [m], shape (3,).
         step: How the spheres move.
+        sink_next: Displacement before the next sweep [m], shape (3,).
+        momentum_next: Momentum of the next sweep.
 
     Returns:
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; a sphere
         that has by ``step.far`` margins adds ``moving`` to the count, which forces a rebuild).
     """
-    ball, previous, weight, identity, _, _ = spheres
-    pairs, seam, (wall_begin, wall_item, wall_room), (center, margin), (touching, shift) = lists
+    own, pairs, seam, _, _, (rows, one, other, shift, _) = lists
+    ahead = state.ahead[turn]
+    for i in own:
+        shift[i, 0] = 0.0
+        shift[i, 1] = 0.0
+        shift[i, 2] = 0.0
+    count = touching_pairs(ahead, pairs, rows, one, other)
+    worst = push_pairs(ahead, state.weight, one[:count], other[:count], shift)
+    worst = max(worst, push_seam_pairs(ahead, state.weight, seam, shift))
+    return worst, put_back(state, now, lists, features, turn, turn_next, sink, step, sink_next, momentum_next)
+
+
+@inner_loop
+def put_back(
+    state: LayerState,
+    now: Now,
+    lists: Lists,
+    features: Features,
+    turn: int,
+    turn_next: int,
+    sink: NDArray[np.float64],
+    step: Step,
+    sink_next: NDArray[np.float64],
+    momentum_next: float,
+) -> int:
+    """Move the own spheres by their pushes, and put them back inside the walls; see ``sweep``.
+
+    Returns:
+        Spheres that have outrun the list.
+    """
+    ball, previous, identity = state.ball[now.side], state.previous[now.side], state.identity[now.side]
+    ahead, further = state.ahead[turn], state.ahead[turn_next]
+    own, _, _, (wall_begin, wall_item, wall_room), (center, margin), (_, _, _, shift, _) = lists
     kind, row = features
-    momentum, relaxation, stride, roughness, far = step
-    moving = len(previous)
+    _, relaxation, stride, roughness, far = step
     sink_x, sink_y, sink_z = sink[0], sink[1], sink[2]
-    for i in range(moving):
-        x, y, z = ball[i, 0] + sink_x, ball[i, 1] + sink_y, ball[i, 2] + sink_z
-        ball[i, 0] = x + momentum * (x - previous[i, 0])
-        ball[i, 1] = y + momentum * (y - previous[i, 1])
-        ball[i, 2] = z + momentum * (z - previous[i, 2])
-        previous[i, 0], previous[i, 1], previous[i, 2] = x, y, z
-    count = touching_pairs(ball, pairs, touching)
-    worst = push_pairs(ball, weight, pairs, touching[:count], shift)
-    worst = max(worst, push_seam_pairs(ball, weight, seam, shift))
+    next_x, next_y, next_z = sink_next[0], sink_next[1], sink_next[2]
     strays = 0
-    for i in range(moving):
-        radius = ball[i, 3]
+    for each in range(len(own)):
+        i = np.uint64(own[each])
+        radius = ahead[i, 3]
         sx = relaxation * shift[i, 0]
         sy = relaxation * shift[i, 1]
         sz = relaxation * shift[i, 2]
@@ -146,19 +236,19 @@ def sweep(  # type: ignore[no-untyped-def]
             sx *= shorten
             sy *= shorten
             sz *= shorten
-        x, y, z = ball[i, 0] + sx, ball[i, 1] + sy, ball[i, 2] + sz
+        x, y, z = ahead[i, 0] + sx, ahead[i, 1] + sy, ahead[i, 2] + sz
         # Where several walls meet, putting back from one may push into the next: go round twice.
-        rounds = 0 if math.isnan(x) else min(wall_begin[i + 1] - wall_begin[i], 2)
+        rounds = 0 if math.isnan(x) else min(wall_begin[each + 1] - wall_begin[each], 2)
         travel, keep_off, gentle = 0.0, 0.0, GRAIN_PUSH * radius
         if rounds > 0:
-            dx = x - center[i, 0]
-            dy = y - center[i, 1]
-            dz = z - center[i, 2]
+            dx = x - center[each, 0]
+            dy = y - center[each, 1]
+            dz = z - center[each, 2]
             travel = math.sqrt(dx * dx + dy * dy + dz * dz) + 1e-9 * radius
             keep_off = roughness * radius * wall_grain(identity[i])
         for _ in range(rounds):
             pushed = False
-            for k in range(wall_begin[i], wall_begin[i + 1]):
+            for k in range(wall_begin[each], wall_begin[each + 1]):
                 # No gap shrinks by more than the sphere moves: most features are still out of touch.
                 if wall_room[k] > travel + keep_off:
                     continue
@@ -179,54 +269,66 @@ def sweep(  # type: ignore[no-untyped-def]
                         keep_off = 0.0  # what is left is to be put back inside, by fewer walls
             if not pushed:
                 break
+        before_x, before_y, before_z = ball[i, 0] + sink_x, ball[i, 1] + sink_y, ball[i, 2] + sink_z
+        previous[i, 0], previous[i, 1], previous[i, 2] = before_x, before_y, before_z
         ball[i, 0], ball[i, 1], ball[i, 2] = x, y, z
-        dx = x - center[i, 0]
-        dy = y - center[i, 1]
-        dz = z - center[i, 2]
-        square, allowed = dx * dx + dy * dy + dz * dz, margin[i] * margin[i]
+        dx = x - center[each, 0]
+        dy = y - center[each, 1]
+        dz = z - center[each, 2]
+        square, allowed = dx * dx + dy * dy + dz * dz, margin[each] * margin[each]
         if square > allowed:
             strays += 1
             if square > far * far * allowed:
-                strays += moving
-    return worst, strays
+                strays += now.moving
+        x, y, z = x + next_x, y + next_y, z + next_z
+        further[i, 0] = x + momentum_next * (x - before_x)
+        further[i, 1] = y + momentum_next * (y - before_y)
+        further[i, 2] = z + momentum_next * (z - before_z)
+    return strays
 
 
-@loop
-def sphere_overlaps(
-    spheres: LayerSpheres, lists: Lists, features: Features, down: NDArray[np.float64], scale: float
-) -> tuple[float, NDArray[np.float64]]:
+@inner_loop
+def blame_own(
+    state: LayerState,
+    now: Now,
+    lists: Lists,
+    features: Features,
+    down: NDArray[np.float64],
+    scale: float,
+) -> float:
     """Blame each overlap on one moving sphere: the smaller of a pair, else the higher; the one in the wall.
 
     Args:
-        spheres: The spheres.
-        lists: What is near them.
+        state: The layer; what its own spheres are blamed for is written to ``blame``.
+        now: What counts of it.
+        lists: What is near the own spheres.
         features: The walls.
         down: Unit vector along which things fall, shape (3,).
         scale: True radius over arranged radius.
 
     Returns:
-        (largest overlap; the largest that each moving sphere is blamed for, shape (moving,)), as fractions of
-        the smaller true radius.
+        The largest overlap as a fraction of the smaller true radius.
     """
-    ball = spheres.ball
+    ball, moving = state.ball[now.side][: now.total], now.moving
     wall_begin, wall_item, _ = lists.near
     kind, row = features
-    moving = len(spheres.previous)
     height, overlap = np.zeros(moving), np.zeros(moving)
     for axis in range(3):
         for i in range(moving if down[axis] != 0.0 else 0):
             height[i] -= ball[i, axis] * down[axis]
     worst = blame_pairs(ball, scale, lists.pairs, lists.seam, height, overlap)
-    for i in range(moving):
-        if math.isnan(ball[i, 0]):
-            continue
+    for each in range(len(lists.own)):
+        i = lists.own[each]
         radius = scale * ball[i, 3]
-        for k in range(wall_begin[i], wall_begin[i + 1]):
+        for k in range(wall_begin[each], wall_begin[each + 1]):
             feature = wall_item[k]
+            if math.isnan(ball[i, 0]):
+                break
             if out_of_reach(kind[feature], row[feature], ball[i, 0], ball[i, 1], ball[i, 2], radius):
                 continue
             gap = wall_gap(kind[feature], row[feature], ball[i, 0], ball[i, 1], ball[i, 2], radius)[0]
             if gap < 0.0:
                 overlap[i] = max(overlap[i], -gap / radius)
                 worst = max(worst, -gap / radius)
-    return worst, overlap
+        state.blame[i] = overlap[i]
+    return worst

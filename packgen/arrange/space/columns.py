@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from packgen.arrange.space.column_kernels import column_index
 from packgen.arrays import Float64Array
 from packgen.portable import components
 
@@ -57,9 +58,13 @@ class ColumnMap:
 
     def index(self, position: Float64Array) -> NDArray[np.int64]:
         """Return the column that each point lies in, flat, shape (N,)."""
-        place = ((components(position, self.frame[:2]) - self.corner) / self.width).astype(np.int64)
-        place = np.clip(place, 0, np.array(self.shape) - 1)
-        return np.asarray(place[:, 0] * self.shape[1] + place[:, 1])
+        shape = np.array(self.shape, np.int64)
+        # One kind of array: the compiled loop is made for it alone.
+        across, position = np.array(self.frame[:2]), np.ascontiguousarray(position, np.float64)
+        found: NDArray[np.int64] = column_index(
+            position, across, np.array(self.corner), np.array(self.width), shape
+        )
+        return found
 
     def covers(self, position: Float64Array) -> NDArray[np.bool_]:
         """Tell which points lie in some column, shape (N,)."""

@@ -62,7 +62,7 @@ def crowds(draw):
 
 def listed_pairs(layer):
     """The owners and the others of a layer's pairs, in the layer's own order."""
-    owner, other = layer.lists.pairs
+    owner, other = layer.lists[0].pairs
     return owner, other[: len(owner)]
 
 
@@ -72,15 +72,15 @@ def test_the_neighbour_list_is_that_of_brute_force(crowd):
     ball, moving, skin = crowd
     layer = FusedLayer(ball.copy(), moving, box_walls(-1.0, 1.0, 1.0))
     layer.rebuild(skin)
-    assert sorted(map(tuple, layer.spheres.ball)) == sorted(map(tuple, ball))
-    assert np.array_equal(layer.spheres.ball[:moving], ball[layer.identity])
+    assert sorted(map(tuple, layer.ball)) == sorted(map(tuple, ball))
+    assert np.array_equal(layer.ball[:moving], ball[layer.identity])
     owner, other = listed_pairs(layer)
     listed = {(min(a, b), max(a, b)) for a, b in zip(owner.tolist(), other.tolist(), strict=True)}
     assert len(listed) == len(owner), "a pair is listed twice"
-    position = layer.spheres.ball[:, :3]
+    position = layer.ball[:, :3]
     first, second = np.triu_indices(len(ball), 1)
     distance = np.linalg.norm(position[first] - position[second], axis=1)
-    each = list_reach(layer.spheres.ball, moving, skin, layer.spheres.reference)
+    each = list_reach(layer.ball, moving, skin, layer.state.reference)
     reach = each[first] + each[second]
     for slack, are_subset in ((-1e-9, True), (1e-9, False)):
         near = (distance < reach * (1.0 + slack)) & (first < moving)
@@ -138,9 +138,14 @@ def bounds_of(kind, radius_max):
 
 def outcome(layer, tallies):
     """All that a run leaves, bit for bit."""
-    pairs, seam = layer.lists.pairs, layer.lists.seam
+    pairs, seam = layer.lists[0].pairs, layer.lists[0].seam
     listed = pairs.owner, pairs.neighbor[: len(pairs.owner)], *seam
-    return tallies, [each.tobytes() for each in (*layer.spheres[:4], *listed)]
+    return tallies, [each.tobytes() for each in (*spheres_of(layer), *listed)]
+
+
+def spheres_of(layer):
+    """The spheres of a layer as they are, fixed ones included."""
+    return layer.ball, layer.previous, layer.identity, layer.state.weight[: layer.now.total]
 
 
 @pytest.mark.parametrize("kind", ["box", "mesh", "periodic"])
@@ -161,7 +166,7 @@ def test_a_run_of_sweeps_is_the_steps_one_by_one(kind, bodies, first, sink, tole
         for most in (7, 40, 500):
             schedule = recipe.schedule(number, sink=sink, most=most)
             if by_steps:
-                tally = run_by_steps(layer, DOWN, schedule, strays, layer.spheres.reference, body)
+                tally = run_by_steps(layer, DOWN, schedule, strays, layer.state.reference, body)
             else:
                 tally = layer.run(DOWN, schedule, strays)
             tallies.append(tally)
@@ -172,6 +177,52 @@ def test_a_run_of_sweeps_is_the_steps_one_by_one(kind, bodies, first, sink, tole
     assert outcomes[0] == outcomes[1]
     assert sum(tally.rebuilds for tally in outcomes[0][0]) > 0
     assert tolerance is None or sum(tally.thrown_back for tally in outcomes[0][0]) > 0
+
+
+def run_of(ball, moving, walls, body, recipe, threads, turns=(7, 40, 500)):
+    """What a layer is after some runs, and what was done in each."""
+    layer = FusedLayer(ball.copy(), moving, walls, body, threads)
+    number, strays, tallies = 0, moving, []
+    for most in turns:
+        tally = layer.run(DOWN, recipe.schedule(number, sink=True, most=most), strays)
+        tallies.append(tally)
+        number, strays = number + tally.sweeps, tally.strays
+        if tally.done or number >= recipe.sink_sweeps:
+            break
+    return tallies, [each.tobytes() for each in spheres_of(layer)]
+
+
+@pytest.mark.parametrize("kind", ["box", "mesh", "periodic"])
+@pytest.mark.parametrize("bodies", [False, True])
+@pytest.mark.parametrize("small", [1.0, 0.25, 0.04])
+def test_any_number_of_threads_makes_the_same_layer(kind, bodies, small):
+    rng = np.random.default_rng(7)
+    # Small spheres are of other levels than the fixed large ones, which own pairs then.
+    radius = np.where(rng.random(420) < 0.6, small, 1.0) * rng.uniform(0.06, 0.1, 420)
+    ball = np.column_stack([rng.random((420, 3)), radius])
+    body = np.repeat(np.arange(195), 2) if bodies else np.empty(0, np.int64)
+    walls = bounds_of(kind, 0.1)
+    alone = run_of(ball, 390, walls, body, Recipe(), 1)
+    assert small < 1.0 or sum(tally.thrown_back for tally in alone[0]) > 0
+    for threads in (2, 3, 7):
+        assert run_of(ball, 390, walls, body, Recipe(), threads) == alone
+
+
+@pytest.mark.parametrize("extent", [(1.0, 1.0, 1.0), (1.0, 9.0, 0.5), (9.0, 1.0, 0.5), (0.0, 0.0, 0.0)])
+def test_the_threads_of_a_layer_share_its_spheres_and_list_what_each_needs(extent):
+    rng = np.random.default_rng(3)
+    ball = np.column_stack([rng.random((240, 3)) * extent, rng.uniform(0.02, 0.1, 240)])
+    walls = box_walls(-1.0, 10.0, 0.1)
+    whole, parts = (FusedLayer(ball.copy(), 200, walls, None, threads) for threads in (1, 4))
+    for layer in (whole, parts):
+        layer.rebuild(0.8)
+    listed = np.column_stack(listed_pairs(whole))
+    own = [lists.own for lists in parts.lists]
+    assert np.array_equal(np.sort(np.concatenate(own)), np.arange(200))
+    for lists in parts.lists:
+        needed = np.isin(listed, lists.own).any(axis=1)
+        owner, other = lists.pairs
+        assert np.array_equal(np.column_stack([owner, other[: len(owner)]]), listed[needed])
 
 
 def test_all_layers_run_on_one_compiled_loop():

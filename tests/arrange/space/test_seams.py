@@ -79,7 +79,7 @@ def test_the_fused_loops_equal_the_plain_torch_form_across_seams(axes, ratio):
         assert fused[1] == plain[1]
     for layer in layers:
         layer.rebuild(1.6)
-    assert len(layers[0].lists.seam.first) > 0
+    assert len(layers[0].lists[0].seam.first) > 0
     (fused, fused_blame), (plain, plain_blame) = (layer.overlaps(1.02, ASKEW) for layer in layers)
     assert fused == pytest.approx(plain, rel=1e-9)
     in_order = [np.argsort(layer.identity) for layer in layers]
