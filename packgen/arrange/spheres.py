@@ -30,8 +30,8 @@ class Spheres:
     def __len__(self) -> int:
         return len(self.radius)
 
-    def __getitem__(self, chosen: NDArray[np.bool_] | Int64Array) -> Spheres:
-        if chosen.dtype == np.bool_ and chosen.all():
+    def __getitem__(self, chosen: NDArray[np.bool_] | Int64Array | slice) -> Spheres:
+        if isinstance(chosen, np.ndarray) and chosen.dtype == np.bool_ and chosen.all():
             return self
         return Spheres(
             self.position[chosen],

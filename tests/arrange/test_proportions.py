@@ -51,7 +51,7 @@ def test_where_a_set_found_no_room_the_others_stay(count):
 
 @pytest.mark.parametrize(
     ("ratio", "filled"),
-    [(4.0, 0.50), (8.0, 0.59)],  # 20 seeds: 0.519 to 0.574, 0.604 to 0.621.
+    [(4.0, 0.50), (8.0, 0.575)],  # 20 seeds: 0.519 to 0.566, 0.589 to 0.629.
 )
 def test_large_spheres_find_their_room_under_a_low_lid(tmp_path, ratio, filled):
     sets = [constant(0.03), constant(0.03 / ratio)]

@@ -133,8 +133,8 @@ def test_help_says_what_uses_threads(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
     said = " ".join(capsys.readouterr().out.split())
-    assert "threads for the measures" in said
-    assert "projection, the default, arranges on one core" in said
+    assert "threads of the arrangement and of the measures; the bed is the same for any number" in said
+    assert "default: as many as cores are free to packgen" in said
 
 
 def test_warnings_of_every_stage_are_in_the_report_in_the_order_of_the_stages(

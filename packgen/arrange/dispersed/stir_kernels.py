@@ -19,7 +19,7 @@ from packgen.compiled import inlined, inner_loop, loop
 BITS = 21
 """Bits of one number of 64 that make the step along each of three axes."""
 
-HALF_RANGE = float(2 ** (BITS - 1))
+HALF_RANGE = float(1 << (BITS - 1))
 
 DIAGONAL = math.sqrt(3.0)
 
@@ -37,7 +37,7 @@ def next_number(state: NDArray[np.uint64]):  # type: ignore[no-untyped-def]
 @inlined
 def along(number: np.uint64, axis: int) -> float:
     """Return a random number from -1 to 1, evenly spread around 0, of the bits that an axis has."""
-    part = (number >> np.uint64(BITS * axis)) & np.uint64(2**BITS - 1)
+    part = (number >> np.uint64(BITS * axis)) & np.uint64((1 << BITS) - 1)
     return (float(part) + 0.5) / HALF_RANGE - 1.0
 
 
