@@ -14,12 +14,12 @@ import trimesh
 
 from tests.container_meshes import revolved
 from tests.fuzz.__main__ import main
-from tests.fuzz.decks import installed, judge_deck, judge_rows
+from tests.fuzz.decks import installed, is_loadable, judge_deck, judge_rows
 from tests.fuzz.generator import Case, Zone, has_lammps_walls, make_case
 from tests.fuzz.judge import Bed, judge_folder, judge_lines, judge_refusal, of_amounts, overlaps, read_bed
 from tests.fuzz.laws import curve, random_law, stepped
 from tests.fuzz.mutations import break_case
-from tests.fuzz.run import judge, run_command
+from tests.fuzz.run import Outcome, judge, run_command, run_number
 from tests.fuzz.shapes import CLOSED, OPEN_TOPPED, random_mesh, random_primitive
 from tests.fuzz.solids import Ball, Box, Cone, Hull, Slab, Solidmesh
 
@@ -101,6 +101,10 @@ def test_a_missing_array_a_missing_deck_and_a_second_deck_are_found_out(tmp_path
     )
     np.savez(output / "bed.npz", position=LATTICE)
     assert "cannot be read" in judge_folder(case_of(tmp_path), output, 0)[0]
+    whole = (output / "bed.npz").read_bytes()
+    for length in (0, len(whole) // 2):
+        (output / "bed.npz").write_bytes(whole[:length])
+        assert "cannot be read" in judge_folder(case_of(tmp_path), output, 0)[0]
 
 
 def test_spheres_of_all_sizes_that_overlap_are_found_across_periodic_sides_too():
@@ -371,6 +375,47 @@ def test_a_number_is_a_scene(tmp_path):
     assert texts[0] == texts[1]
     (tmp_path / "c").mkdir()
     assert make_case(4712, tmp_path / "c").path.read_bytes() not in texts[0]
+
+
+def test_a_scene_broken_anywhere_leaves_the_judge_what_it_knows(tmp_path):
+    path = tmp_path / "scene.yaml"
+    for number in range(60):
+        case = case_of(tmp_path)
+        case.data |= {"materials": {"ore": {"youngs_modulus": 1e8}}, "gravity": 9.81}
+        known = json.dumps(case.data)
+        case.write()
+        sound = path.read_bytes()
+        break_case(case, np.random.default_rng(number))
+        assert case.broken
+        assert path.read_bytes() != sound, case.broken
+        assert json.dumps(case.data) == known, case.broken
+        assert is_loadable(case)
+
+
+def test_a_scene_that_no_solver_loads_is_not_looked_at_for_one(tmp_path, monkeypatch):
+    def unexpected(_case):
+        raise AssertionError
+
+    monkeypatch.setattr("tests.fuzz.run.main", lambda _arguments: 0)
+    monkeypatch.setattr("tests.fuzz.run.judge_folder", lambda *_: [])
+    monkeypatch.setattr("tests.fuzz.run.is_loadable", unexpected)
+    (tmp_path / "out").mkdir()
+    assert run_number(6, tmp_path).loaded == ""
+
+
+def test_a_fault_of_the_fuzzer_is_told_as_a_scenes_and_the_next_scenes_follow(monkeypatch, capsys):
+    def failing(number, _folder, _solvers, *, every):
+        if number == 8:
+            raise TypeError("no such value")
+        return Outcome(number, 0, 1, 0.0, ())
+
+    monkeypatch.setattr("tests.fuzz.__main__.run_number", failing)
+    assert main(["--first", "7", "--scenes", "3"]) == 1
+    said = capsys.readouterr().out
+    assert "scene 8: the fuzzer fails at test_fuzz_scenes.py:" in said
+    assert "TypeError: no such value" in said
+    assert "3 scenes" in said
+    assert "1 with faults" in said
 
 
 @pytest.mark.slow

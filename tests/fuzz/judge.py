@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +81,7 @@ def judge_folder(case: Case, output: Path, code: int) -> list[str]:
     """
     try:
         bed, report = read_bed(output / "bed.npz"), json.loads((output / "report.json").read_text("utf-8"))
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         return [f"result cannot be read: {type(error).__name__}: {error}"]
     faults = list(of_files(case, output, report))
     faults += of_report(bed, report)
