@@ -175,6 +175,26 @@ def test_a_sum_of_several_sets_is_held_against_their_shares(
     assert any(fault in each for each in faults) if fault else faults == [], faults
 
 
+@pytest.mark.parametrize(
+    ("shares_by", "parts", "missing"),
+    [
+        ("volume", [2.4, 2.4, 4.4], False),
+        ("volume", [2.4, 2.4, 4.6], True),
+        ("number", [2.4, 2.4, 4.4], True),
+    ],
+)
+def test_shares_of_a_sum_come_first_and_may_each_leave_half_a_sphere_of_it_out(
+    tmp_path, shares_by, parts, missing
+):
+    shares = [each / sum(parts) for each in parts]
+    zone = Zone(None, None, 64.0, shares, shares_by, "volume", sum(parts) * HEAVY)
+    case = case_of(tmp_path, laws=3 * [stepped({}, [1.0], [1.0])], zones=[zone])
+    case.data["particle_sets"] = [{}, {}, {}]
+    set_index = np.repeat([0, 1, 2], [2, 2, 4]).astype(np.int32)
+    bed = Bed(LATTICE, np.ones(8), set_index, np.zeros(8, np.int32), np.zeros(8, np.int32))
+    assert bool(list(of_amounts(case, bed, {"zones": [{"asked": 8}]}, 0))) == missing
+
+
 def test_a_file_that_is_used_up_may_leave_its_share_short(tmp_path):
     laws = [stepped({}, [1.0], [1.0]), stepped({}, [0.5] * 4, np.ones(4), listed=True)]
     amount = 4 * HEAVY + 6 * LIGHT
