@@ -14,12 +14,12 @@ import trimesh
 
 from tests.container_meshes import revolved
 from tests.fuzz.__main__ import main
-from tests.fuzz.decks import installed, judge_deck, judge_rows
+from tests.fuzz.decks import installed, is_loadable, judge_deck, judge_rows
 from tests.fuzz.generator import Case, Zone, has_lammps_walls, make_case
 from tests.fuzz.judge import Bed, judge_folder, judge_lines, judge_refusal, of_amounts, overlaps, read_bed
 from tests.fuzz.laws import curve, random_law, stepped
 from tests.fuzz.mutations import break_case
-from tests.fuzz.run import judge, run_command
+from tests.fuzz.run import Outcome, judge, run_command, run_number
 from tests.fuzz.shapes import CLOSED, OPEN_TOPPED, random_mesh, random_primitive
 from tests.fuzz.solids import Ball, Box, Cone, Hull, Slab, Solidmesh
 
@@ -101,6 +101,10 @@ def test_a_missing_array_a_missing_deck_and_a_second_deck_are_found_out(tmp_path
     )
     np.savez(output / "bed.npz", position=LATTICE)
     assert "cannot be read" in judge_folder(case_of(tmp_path), output, 0)[0]
+    whole = (output / "bed.npz").read_bytes()
+    for length in (0, len(whole) // 2):
+        (output / "bed.npz").write_bytes(whole[:length])
+        assert "cannot be read" in judge_folder(case_of(tmp_path), output, 0)[0]
 
 
 def test_spheres_of_all_sizes_that_overlap_are_found_across_periodic_sides_too():
@@ -169,6 +173,26 @@ def test_a_sum_of_several_sets_is_held_against_their_shares(
     bed = Bed(LATTICE, radius, set_index, np.zeros(8, np.int32), np.zeros(8, np.int32))
     faults = list(of_amounts(case, bed, {"zones": [{"asked": 8}]}, 0))
     assert any(fault in each for each in faults) if fault else faults == [], faults
+
+
+@pytest.mark.parametrize(
+    ("shares_by", "parts", "missing"),
+    [
+        ("volume", [2.4, 2.4, 4.4], False),
+        ("volume", [2.4, 2.4, 4.6], True),
+        ("number", [2.4, 2.4, 4.4], True),
+    ],
+)
+def test_shares_of_a_sum_come_first_and_may_each_leave_half_a_sphere_of_it_out(
+    tmp_path, shares_by, parts, missing
+):
+    shares = [each / sum(parts) for each in parts]
+    zone = Zone(None, None, 64.0, shares, shares_by, "volume", sum(parts) * HEAVY)
+    case = case_of(tmp_path, laws=3 * [stepped({}, [1.0], [1.0])], zones=[zone])
+    case.data["particle_sets"] = [{}, {}, {}]
+    set_index = np.repeat([0, 1, 2], [2, 2, 4]).astype(np.int32)
+    bed = Bed(LATTICE, np.ones(8), set_index, np.zeros(8, np.int32), np.zeros(8, np.int32))
+    assert bool(list(of_amounts(case, bed, {"zones": [{"asked": 8}]}, 0))) == missing
 
 
 def test_a_file_that_is_used_up_may_leave_its_share_short(tmp_path):
@@ -371,6 +395,47 @@ def test_a_number_is_a_scene(tmp_path):
     assert texts[0] == texts[1]
     (tmp_path / "c").mkdir()
     assert make_case(4712, tmp_path / "c").path.read_bytes() not in texts[0]
+
+
+def test_a_scene_broken_anywhere_leaves_the_judge_what_it_knows(tmp_path):
+    path = tmp_path / "scene.yaml"
+    for number in range(60):
+        case = case_of(tmp_path)
+        case.data |= {"materials": {"ore": {"youngs_modulus": 1e8}}, "gravity": 9.81}
+        known = json.dumps(case.data)
+        case.write()
+        sound = path.read_bytes()
+        break_case(case, np.random.default_rng(number))
+        assert case.broken
+        assert path.read_bytes() != sound, case.broken
+        assert json.dumps(case.data) == known, case.broken
+        assert is_loadable(case)
+
+
+def test_a_scene_that_no_solver_loads_is_not_looked_at_for_one(tmp_path, monkeypatch):
+    def unexpected(_case):
+        raise AssertionError
+
+    monkeypatch.setattr("tests.fuzz.run.main", lambda _arguments: 0)
+    monkeypatch.setattr("tests.fuzz.run.judge_folder", lambda *_: [])
+    monkeypatch.setattr("tests.fuzz.run.is_loadable", unexpected)
+    (tmp_path / "out").mkdir()
+    assert run_number(6, tmp_path).loaded == ""
+
+
+def test_a_fault_of_the_fuzzer_is_told_as_a_scenes_and_the_next_scenes_follow(monkeypatch, capsys):
+    def failing(number, _folder, _solvers, *, every):
+        if number == 8:
+            raise TypeError("no such value")
+        return Outcome(number, 0, 1, 0.0, ())
+
+    monkeypatch.setattr("tests.fuzz.__main__.run_number", failing)
+    assert main(["--first", "7", "--scenes", "3"]) == 1
+    said = capsys.readouterr().out
+    assert "scene 8: the fuzzer fails at test_fuzz_scenes.py:" in said
+    assert "TypeError: no such value" in said
+    assert "3 scenes" in said
+    assert "1 with faults" in said
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ import shutil
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from tests.fuzz.decks import PROGRAMS, installed
 from tests.fuzz.run import SOLVED_EACH, Outcome, run_number
 
 TELL_EACH = 250
+FAILED = -2  # stands for the exit code of a scene at which the fuzzer itself failed
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,12 +54,23 @@ def _outcomes(work: partial[Outcome], numbers: range, processes: int) -> Iterato
 def _run(number: int, *, solvers: Sequence[str], every: int, keep: Path | None) -> Outcome:
     folder = Path(tempfile.mkdtemp(prefix="packgen_fuzz_"))
     try:
-        outcome = run_number(number, folder, solvers, every=every)
+        outcome = _judged(number, folder, solvers, every)
         if keep is not None and outcome.faults:
             shutil.copytree(folder, keep / f"scene_{number}", dirs_exist_ok=True)
         return outcome
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _judged(number: int, folder: Path, solvers: Sequence[str], every: int) -> Outcome:
+    """Run a scene; a fault of the fuzzer itself is told as one of the scene, and the next scenes follow."""
+    try:
+        return run_number(number, folder, solvers, every=every)
+    except Exception as error:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(frame.filename).name}:{frame.lineno}"
+        fault = f"the fuzzer fails at {place}: {type(error).__name__}: {error}"
+        return Outcome(number, FAILED, 0, 0.0, (fault,))
 
 
 def _summary(outcomes: Sequence[Outcome], seconds: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,15 @@ MESHES = (".stl", ".off", ".obj", ".ply")
 
 
 def break_case(case: Case, rng: np.random.Generator) -> None:
-    """Break a scene in its folder, and say how in ``case.broken``."""
+    """Break a scene in its folder, and say how in ``case.broken``; ``case.data`` stays as it was made.
+
+    The broken scene may have any value anywhere: the judge does not have to expect that.
+    """
     ways: list[Callable[[Case, np.random.Generator], str]] = [_value, _value, _value, _key, _missing, _text]
     if any(each.suffix in (*MESHES, ".csv") for each in case.folder.iterdir()):
         ways += [_file, _file]
-    case.data = copy.deepcopy(case.data)
-    case.broken = ways[int(rng.integers(len(ways)))](case, rng)
+    broken = replace(case, data=copy.deepcopy(case.data))
+    case.broken = ways[int(rng.integers(len(ways)))](broken, rng)
 
 
 def _places(value: Any) -> list[tuple[Any, Any]]:

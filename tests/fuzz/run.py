@@ -69,7 +69,7 @@ def run_number(
     faults = judge(case, code, said)
     # A bed without spheres has no deck; nor has one whose refusal the judge has seen.
     has_deck = code in (0, 1) and not faults and (folder / "out" / solver).is_dir()
-    loaded = solver if has_deck and is_loadable(case) else ""
+    loaded = solver if solver and has_deck and is_loadable(case) else ""
     if loaded:
         faults = judge_deck(case, loaded)
     if not faults and code in (0, 1) and number % AGAIN_EACH == AGAIN_EACH // 2:

@@ -67,6 +67,9 @@ class OpenZone:
             ball, len(moving), region.walls, region.down, recipe, self.stats, device=self.device,
             body_index=moving.body_index, threads=self.threads,
         )  # fmt: skip
+        if recipe.tolerance is None:
+            # Nothing has judged the overlaps with walls: a sphere may have been pushed right through one.
+            return position, kept & region.contains(position, moving.radius)
         return position, kept & region.holds(position)
 
     def put_back(self, spheres: Spheres) -> None:

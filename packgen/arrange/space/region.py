@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from packgen.arrange.space.feature_kernels import CENTER_PLANE, Features
 from packgen.arrange.space.map_kernels import least_gap
 from packgen.arrange.space.seams import Seams
 from packgen.arrange.space.sides import InsideMap
@@ -69,6 +70,27 @@ class Region:
         if self.sides is None:
             return np.ones(len(position), bool)
         return self.sides.inside(position, self.walls)
+
+    def contains(self, position: Float64Array, radius: Float64Array) -> NDArray[np.bool_]:
+        """Tell which spheres are in the region however far they stick out of it, shape (N,).
+
+        Their centres are on the inner side of every wall. Of those that a slice bounds by their centres, some
+        part is in the slice.
+
+        Args:
+            position: Centres [m], shape (N, 3).
+            radius: Radii [m], shape (N,).
+        """
+        kind, row = self.walls.features
+        sheet = kind == CENTER_PLANE
+        inside = self.holds(position)
+        if sheet.any():
+            beyond = components(position, row[sheet, :3]) - row[sheet, 3]
+            inside &= (beyond <= radius[:, None]).all(axis=1)
+            row = row.copy()
+            row[sheet, 3] = np.inf
+        gap = least_gap(np.ascontiguousarray(position), 0.0, Features(kind, row), self.walls.near)
+        return np.asarray(inside & (gap >= 0.0))
 
     def rectangle(self) -> tuple[Float64Array, Float64Array]:
         """Return lower and upper corner of the region's shadow along gravity, in u and v [m], each (2,)."""

@@ -218,3 +218,14 @@ def test_a_ring_narrower_than_a_sphere_stays_empty_and_the_next_zone_is_filled(t
     ring = {"location": {"cylinder": {"radius": 0.04, "height": 0.25}}, "n_particles": 32}
     result = run_scene(tmp_path, {"path": "ring.stl"}, constant(0.0077), zones=[ring, {"n_particles": 5}])
     assert [zone.placed for zone in result.zones] == [0, 5]
+
+
+@pytest.mark.parametrize("axes", [[], ["x", "y"], ["x", "y", "z"]], ids=["walls", "sides", "endless"])
+def test_without_a_tolerance_no_sphere_is_pushed_out_of_a_location_narrower_than_itself(tmp_path, axes):
+    vessel = {**box([0, 0, 0], [1, 1, 1]), "periodic": axes}
+    zones = [{"location": {"slice": {"axis": "y", "min_bound": 0.4, "max_bound": 0.502}}}]
+    keys = {"zones": zones, "params": {"tolerance": None}, "seed": 1}
+    bed = run_scene(tmp_path, vessel, uniform(0.03, 0.11), **keys).bed
+    assert bed.radius.max() > 0.051  # wider than the slice
+    assert bed.position[:, 1].min() >= 0.4
+    assert bed.position[:, 1].max() <= 0.502

@@ -1,4 +1,4 @@
-"""The space of a zone along gravity: as high as its shape, where that lies askew to its box."""
+"""The space of a zone: as high as its shape along gravity, and what is in it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from packgen.arrange.space.region import make_region
-from packgen.geometry import Ball, Box, Cone, Container, Surface
+from packgen.geometry import Ball, Box, Cone, Container, Slice, Surface
 from packgen.geometry.bounds import altitude_range, shape_bounds
 
 ASKEW = np.array([0.36, 0.48, 0.8])
@@ -45,3 +45,18 @@ def test_a_flat_vessel_askew_to_its_box_begins_at_its_own_floor():
     region = make_region(container(FLAT_CONE), [], -ASKEW, 0.05, "zone")
     assert region.floor == pytest.approx(float((FLAT_CONE.base * ASKEW).sum()))
     assert region.ceiling == pytest.approx(region.floor + 0.1)
+
+
+def test_a_sphere_is_in_a_region_by_its_centre_and_in_a_slice_that_bounds_centres_by_any_part():
+    vessel = Box(np.zeros(3), np.ones(3))
+    layer = Slice(np.array([0.0, 0.0, 1.0]), 0.4, 0.6, centers_only=True)
+    side = Slice(np.array([0.0, 1.0, 0.0]), 0.3, 0.7, centers_only=False)
+    ball = Ball(np.array([0.5, 0.5, 0.5]), 0.4)
+    region = make_region(container(vessel), [layer, side, ball], np.array([0.0, 0.0, -1.0]), 0.2, "zone")
+    spheres = np.array([
+        [0.5, 0.5, 0.5, 0.20], [0.5, 0.31, 0.5, 0.20], [0.5, 0.29, 0.5, 0.20], [0.5, 0.71, 0.5, 0.20],
+        [0.11, 0.5, 0.5, 0.20], [0.09, 0.5, 0.5, 0.20], [0.5, 0.5, 0.79, 0.20], [0.5, 0.5, 0.79, 0.18],
+        [0.5, 0.5, 0.21, 0.20], [0.5, 0.5, 0.21, 0.18], [0.5, 2.0, 0.5, 0.20],
+    ])  # fmt: skip
+    expected = [True, True, False, False, True, False, True, False, True, False, False]
+    assert region.contains(spheres[:, :3], spheres[:, 3]).tolist() == expected
