@@ -8,7 +8,7 @@ import numpy as np
 
 from packgen.arrange.neighbors.listing import list_pairs
 from packgen.arrange.space.seams import Seams
-from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
 from packgen.compiled import inlined, inner_loop, loop
 
 
@@ -121,6 +121,19 @@ def seam_pairs(ball: Float64Array, reach: Float64Array, moving: int, seams: Seam
                 found.offset[count, axis] = shift[one, axis]
             count += 1
     return found.first[:count], found.second[:count], found.offset[:count]
+
+
+@inlined
+def chosen_seam_pairs(seam: SeamPairs, chosen: BoolArray):  # type: ignore[no-untyped-def]
+    """Return the arrays of the chosen ones of P pairs, shape (P,); the arrays given are written over."""
+    first, second, offset = seam
+    count = 0
+    for k in range(len(chosen)):
+        first[count], second[count] = first[k], second[k]
+        for axis in range(3):
+            offset[count, axis] = offset[k, axis]
+        count += chosen[k]
+    return first[:count], second[:count], offset[:count]
 
 
 @inner_loop

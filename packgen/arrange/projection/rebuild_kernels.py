@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import Pairs, SortedSpheres
 from packgen.arrange.neighbors.listing import cell_order, pair_owners, pairs_of
-from packgen.arrange.neighbors.seam_pairs import SeamPairs, seam_pairs
+from packgen.arrange.neighbors.seam_pairs import SeamPairs, chosen_seam_pairs, seam_pairs
 from packgen.arrange.projection.pair_rules import list_reach, pairs_to_part, push_weight
 from packgen.arrange.projection.push_kernels import rows_of
 from packgen.arrange.projection.ranks import closed_ranks
@@ -15,7 +15,7 @@ from packgen.arrange.projection.shares import (
     PACE,
     Team,
     exchanged,
-    own_seam_pairs,
+    has_own,
     own_spheres,
     paced,
     stripes,
@@ -83,7 +83,8 @@ def rebuilt(  # type: ignore[no-untyped-def]
     pairs, seam, room = Pairs(owner, neighbor), lists.seam, neighbor
     if is_periodic(walls.seams.period):
         first, second, offset = seam_pairs(ball, sorted_reach, moving, walls.seams)
-        first, second, offset = own_seam_pairs(SeamPairs(first, second, offset), stripe, moving, team.rank)
+        own_ones = has_own(first, second, stripe, moving, team.rank)
+        first, second, offset = chosen_seam_pairs(SeamPairs(first, second, offset), own_ones)
         seam = SeamPairs(first, second, offset)
     if len(state.body):
         pairs, seam = of_two_bodies(pairs, seam, state.body, identity)
@@ -148,11 +149,5 @@ def of_two_bodies(  # type: ignore[no-untyped-def]
         owner[count], neighbor[count] = owner[k], neighbor[k]
         count += apart[k]
     first, second, offset = seam
-    apart = pairs_to_part(first, second, body, identity)
-    across = 0
-    for k in range(len(apart)):
-        first[across], second[across] = first[k], second[k]
-        for axis in range(3):
-            offset[across, axis] = offset[k, axis]
-        across += apart[k]
-    return Pairs(owner[:count], neighbor), SeamPairs(first[:across], second[:across], offset[:across])
+    first, second, offset = chosen_seam_pairs(seam, pairs_to_part(first, second, body, identity))
+    return Pairs(owner[:count], neighbor), SeamPairs(first, second, offset)

@@ -123,8 +123,8 @@ def threads_of(ball: Float64Array, most: int) -> int:
     if len(ball) == 0:
         return 1
     longest = float(np.ptp(ball[:, :3], axis=0).max())
-    widest = 2.0 * STRIPE_MIN * float(ball[:, 3].max())
-    return max(1, min(most, len(ball) // SHARE_MIN, int(longest / widest)))
+    narrowest = 2.0 * STRIPE_MIN * float(ball[:, 3].max())
+    return max(1, min(most, len(ball) // SHARE_MIN, int(longest / narrowest)))
 
 
 def _relax(layer: Layer, down: Float64Array, recipe: Recipe, stats: SettleStats, sink: bool) -> None:

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from packgen.arrange.neighbors.list_kernels import Pairs
-from packgen.arrange.neighbors.seam_pairs import SeamPairs
-from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
 from packgen.compiled import inlined, inner_loop
 from packgen.team import lent, meet
 
@@ -42,8 +41,8 @@ class Team(NamedTuple):
         board: Where they meet; see ``team.meet``.
         told: What each tells the others of a sweep or a look, shape (4, size, 8), float64.
         known: What the first one tells the others, shape (4,), int64.
-        outbox: Where each puts its pairs for the others, address and length, shape
-            (size, 2), int64.
+        outbox: Where each puts its pairs for the others, address and length, shape (size, 2),
+            int64.
         ends: Share of the spheres that each and those before it have, shape (size,), float64.
     """
 
@@ -214,16 +213,12 @@ def merged(owner: Int32Array, neighbor: Int32Array, got: Int32Array):  # type: i
 
 
 @inlined
-def own_seam_pairs(seam: SeamPairs, stripe: Int32Array, moving: int, rank: int):  # type: ignore[no-untyped-def]
-    """Return the arrays of the pairs across a seam with any own sphere, of all of the layer's."""
-    first, second, offset = seam
-    count = 0
-    for k in range(len(first) if len(stripe) else 0):
+def has_own(first: Int32Array, second: Int32Array, stripe: Int32Array, moving: int, rank: int) -> BoolArray:
+    """Tell which pairs have a moving sphere of a stripe, shape (P,); all where there is but one stripe."""
+    found = np.empty(len(first), np.bool_)
+    for k in range(len(first)):
         i, j = first[k], second[k]
-        first[count], second[count] = i, j
-        for axis in range(3):
-            offset[count, axis] = offset[k, axis]
-        count += (i < moving and stripe[i] == rank) or (j < moving and stripe[j] == rank)
-    if len(stripe) == 0:
-        count = len(first)
-    return first[:count], second[:count], offset[:count]
+        found[k] = (
+            len(stripe) == 0 or (i < moving and stripe[i] == rank) or (j < moving and stripe[j] == rank)
+        )
+    return found
