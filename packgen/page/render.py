@@ -27,7 +27,7 @@ def draw(spheres: Spheres, names: list[str], picture: Path, *, half: bool) -> No
     Args:
         spheres: The spheres.
         names: Names of the particle sets; spheres are coloured by set where there are several, else by
-            radius, equal spheres by batch.
+            radius, equal spheres by batch. Those of one set that are equal and came at once have one colour.
         picture: PNG file to write.
         half: Whether the spheres with centres in front of the bed's middle are left out.
     """
@@ -84,7 +84,8 @@ def _add_spheres(
     bar = {"color": "black", "vertical": True, "position_x": 0.85, "position_y": 0.25, "height": 0.5}
     kinds = np.unique(spheres.set_index)
     looks: dict[str, Any]
-    if len(kinds) > 1:
+    one_size = np.ptp(spheres.radius) <= 1e-9 * spheres.radius.max()
+    if len(kinds) > 1 or (one_size and np.ptp(spheres.batch_index) == 0):
         cloud["colour"] = _rgb(spheres.set_index[seen])
         looks = {"scalars": "colour", "rgb": True}
         for line, each in enumerate(reversed(kinds)):  # VTK's own legend cuts long names off
@@ -94,7 +95,6 @@ def _add_spheres(
                 name, position=place, viewport=True, font_size=14, color=KINDS[each % len(KINDS)]
             )
     else:
-        one_size = np.ptp(spheres.radius) <= 1e-9 * spheres.radius.max()
         title = "batch" if one_size else "radius [m]"
         values = spheres.batch_index if one_size else spheres.radius
         cloud[title] = values[seen].astype(np.float64)

@@ -37,6 +37,16 @@ def test_pictures_show_the_bed_at_true_size_and_are_listed(tmp_path, monkeypatch
     assert half.sum() < whole.sum()
 
 
+@pytest.mark.slow
+def test_equal_spheres_of_one_batch_have_the_colour_of_their_set(tmp_path, monkeypatch):
+    from matplotlib.image import imread
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    picture = picture_folder(lattice_folder(tmp_path))[0]
+    red, green, blue = imread(picture)[coloured(picture)][:, :3].mean(axis=0)
+    assert red < 0.5 * green < 0.5 * blue  # a blue, where a scale would begin with a purple without green
+
+
 def test_without_anything_to_draw_with_the_reason_is_said_and_nothing_is_left(tmp_path, monkeypatch):
     folder = lattice_folder(tmp_path)
     before = sorted(path.name for path in folder.iterdir())
