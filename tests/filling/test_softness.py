@@ -191,5 +191,6 @@ def test_the_overlaps_of_a_settled_bed_are_within_a_factor_of_three_of_the_estim
     assert expected.overlap == pytest.approx(OVERLAP_WARNING)
     lost, largest, mean = settled_overlap(tmp_path, pack(scene, vessel).bed)
     assert lost == 0
+    # 20 seeds each, of the estimates: largest 1.03 +- 0.09 and 0.88 +- 0.07, mean 0.95 +- 0.05 and 0.75.
     assert expected.overlap_max / 3 < largest < 3 * expected.overlap_max
     assert expected.overlap / 3 < mean < 3 * expected.overlap

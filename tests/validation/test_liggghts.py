@@ -158,8 +158,9 @@ def test_a_loose_bed_misses_the_displacement(tmp_path):
         make_bed(position, RADIUS, box_container((0, 0, 0), [12 * RADIUS] * 3)), tmp_path / "deck", Limits()
     )
     assert report.step_zero.force_max == 0
-    assert report.gravity_run.displacement_mean > 1
-    assert report.gravity_run.sinking > 0.1
+    # 20 draws: 4.23 +- 0.09 and 0.690 +- 0.015
+    assert report.gravity_run.displacement_mean > 3.8
+    assert report.gravity_run.sinking > 0.62
     assert sum("mean displacement" in line or "centre of mass" in line for line in report.missed) == 2
 
 

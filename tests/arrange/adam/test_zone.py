@@ -228,12 +228,12 @@ def test_paper_box_holds_what_the_paper_reports():
     from overlap import Hexahedron, Sphere, overlap_volume
 
     zone, _, _, walls = pack(np.full(3000, 0.1), size=2.0, settings=AdamSettings())
-    # Ten seeds in the study examples/studies/core_density.py: 961 to 1004 spheres, and 0.580 +- 0.008.
-    assert 930 <= len(zone.radius) <= 1020
+    # 20 seeds: 942 to 1004 spheres, and a core of 0.579 +- 0.008.
+    assert 920 <= len(zone.radius) <= 1020
     low, high = 1.0 / 3.0, 5.0 / 3.0
     corners = [(low, low), (high, low), (high, high), (low, high)]
     core = Hexahedron([(*corner, height) for height in (low, high) for corner in corners])
     inside = np.abs(zone.position - 1.0).max(axis=1) < 2.0 / 3.0 + 0.1
     solid = sum(overlap_volume(Sphere(tuple(center), 0.1), core) for center in zone.position[inside])
-    assert 0.555 <= solid / (high - low) ** 3 <= 0.62
+    assert 0.55 <= solid / (high - low) ** 3 <= 0.62
     assert overlaps(zone, walls)[0] < 0.011

@@ -54,7 +54,8 @@ def test_beds_in_periodic_boxes_are_sound_and_lie_within_the_period(tmp_path, ax
     assert not beyond[:, ~wraps].any()
     assert bed.endless == ("z" in axes)
     solid = 4.0 / 3.0 * math.pi * (bed.radius**3).sum() / high.prod()
-    assert solid > 0.5
+    # 20 seeds of each case: at least 0.550, with walls along x and z and equal spheres 0.557 +- 0.003.
+    assert solid > 0.54
 
 
 @pytest.mark.parametrize("gravity", ["x", "-y", [0.0, -1.0, -1.0]])
@@ -72,6 +73,7 @@ def test_gravity_askew_to_a_periodic_axis_makes_a_level_bed_and_stays_in_the_dec
     assert bed.down == pytest.approx([0, 0, -1])
     assert bed.acceleration == pytest.approx(9.81 * np.array(slope))
     left, right = (bed.position[half, 2] for half in (bed.position[:, 0] < 0.5, bed.position[:, 0] >= 0.5))
+    # 20 seeds: 0.003 +- 0.019
     assert np.quantile(left, 0.9) == pytest.approx(np.quantile(right, 0.9), abs=0.08)
 
 

@@ -155,7 +155,8 @@ def test_fines_trickle_into_a_coarse_bed_and_overlap_none_of_it(tmp_path, fine):
     assert_sound(result)
     bed = result.bed
     voids = (bed.zone_index == 1) & (bed.position[:, 2] < 0.2)
-    assert voids.sum() * fine**3 > 0.1 * (bed.radius[bed.zone_index == 0] ** 3).sum()
+    # 20 seeds: 0.39 +- 0.021 and 0.34 +- 0.019 of the coarse volume.
+    assert voids.sum() * fine**3 > 0.25 * (bed.radius[bed.zone_index == 0] ** 3).sum()
 
 
 def test_larger_spheres_find_no_room_in_a_full_vessel(tmp_path):
@@ -185,9 +186,10 @@ def test_a_zone_beside_a_tower_under_a_lid_that_leans_over_fills_up_to_it(tmp_pa
     sets = set_after_set(constant(0.008), constant(0.006))
     bed = run_scene(tmp_path, vessel, sets, zones=[zone_of(0, 2, tower), zone_of(1, 2)]).bed
     beside = bed.position[(bed.zone_index == 1) & (bed.position[:, 0] > 0.03)]
-    # There the cone is as wide as the tower and one sphere more.
-    assert beside[:, 2].max() > 0.36
-    assert len(beside) * 4 / 3 * np.pi * 0.006**3 > 0.4 * 0.00195
+    # At 0.39 the cone is as wide as the tower and one sphere more. 20 seeds: 0.3926 +- 0.0019, and a solid
+    # fraction of 0.712 +- 0.005 of the room for centres.
+    assert beside[:, 2].max() > 0.38
+    assert len(beside) * 4 / 3 * np.pi * 0.006**3 > 0.68 * 0.00195
 
 
 def test_a_zone_starts_where_it_is_wide_enough_on_top_of_an_earlier_one(tmp_path):
@@ -206,7 +208,7 @@ def test_a_ring_two_diameters_wide_around_a_tower_of_fines_is_filled_from_the_fl
     sets = set_after_set(constant(0.005), constant(0.011))
     result = run_scene(tmp_path, vessel, sets, zones=[zone_of(0, 2, tower), zone_of(1, 2)])
     assert_sound(result)
-    assert room_for(result.bed, 0.011, 0.011, 0.25, 0.06) < 5
+    assert room_for(result.bed, 0.011, 0.011, 0.25, 0.06) < 5  # 20 seeds: none
     low, _ = altitudes(result.bed, 1)
     assert low < 1e-4
 
