@@ -109,7 +109,8 @@ def run_sweeps(  # type: ignore[no-untyped-def]
     Returns:
         (what counts, and the lists, see ``plain``; what was done, see ``Tally``).
     """
-    rebuilds, thrown, number, turn = 0, 0, 0, 0
+    # The sweep would be compiled once more for a mere 0.
+    rebuilds, thrown, number, turn = 0, 0, 0, np.int64(0)
     sink, sink_next = np.empty(3), np.empty(3)
     fresh, looking, done = True, False, False
     while not done and (looking or number < len(schedule.fall)):
@@ -125,7 +126,7 @@ def run_sweeps(  # type: ignore[no-untyped-def]
             looking = False
             strays = 0 if void else strays
             largest = blame_own(state, now, lists, walls.features, down, schedule.scale)
-            largest, _ = agreed(team, LOOKED, largest, 0)
+            largest, _ = agreed(team, LOOKED, largest, strays)
             done, limit = largest <= schedule.least and not schedule.sinking[at], schedule.limit[at]
             if not done and limit < math.inf:
                 limit = max(limit, schedule.least)
