@@ -110,7 +110,7 @@ def run_sweeps(  # type: ignore[no-untyped-def]
         (what counts, and the lists, see ``plain``; what was done, see ``Tally``).
     """
     # The sweep would be compiled once more for a mere 0.
-    rebuilds, thrown, number, turn = 0, 0, 0, np.int64(0)
+    rebuilds, thrown, number, turn = 0, 0, 0, int(np.int64(0))
     sink, sink_next = np.empty(3), np.empty(3)
     fresh, looking, done = True, False, False
     while not done and (looking or number < len(schedule.fall)):

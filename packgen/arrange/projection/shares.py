@@ -17,7 +17,7 @@ from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array
 from packgen.compiled import inlined, inner_loop
 from packgen.team import lent, meet
 
-LOOKED, PACE = np.int64(2), np.int64(3)
+LOOKED, PACE = 2, 3
 """Places of what the threads tell of a look at the overlaps, and of how long they take; what they tell of
 sweeps alternates before them."""
 
