@@ -1,0 +1,229 @@
+"""Forces by which contacts carry weights: a convex programme over Coulomb cones.
+
+Each sphere is rigid. A contact pushes and never pulls, and its force lies in the friction cone about the
+normal. Among all such forces those are sought that leave the least of Gauss' constraint, half the sum of
+m |a|^2 + I |alpha|^2, where a and alpha are the accelerations with which the spheres would start to move.
+Nothing is left where the contacts can carry all weights. What is left is unique, although forces are not.
+
+The cones are the exact round ones. Accelerated projected gradients (Nesterov, with the restarts of O'Donoghue
+and Candes, Found. Comput. Math. 15 (2015) 715; for contacts Mazhar et al., ACM Trans. Graph. 34 (2015) 32)
+need some hundred passes over the contacts. `packgen.programmes.balance` asks the same by linear programming.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int64Array
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FIXED = -1  # in place of a sphere's index: a wall, or a sphere that is held from elsewhere
+STEPS_MAX = 4000
+STEPS_BETWEEN = 50  # steps from one look at what is left to the next
+STALLED = 2.0e-3  # relative loss of what is left from one look to the next, below which no more is awaited
+UNHELD = 0.1  # share of its own weight that contacts may leave of a sphere that they hold
+FRICTION_STEP = 0.005  # to which the least friction is found
+FRICTION_MAX = 2.0  # no material has more
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Structure:
+    """Spheres, their weights, and the contacts that may carry them.
+
+    Attributes:
+        radius: Radii [m], shape (N,), float64.
+        weight: What pulls at each sphere's centre [N], shape (N, 3), float64.
+        mass: Masses [kg], shape (N,), float64; they weigh what is left of the sphere's balance.
+        first: One sphere of each contact, shape (C,), int64.
+        second: The other one, or `FIXED`, shape (C,), int64.
+        normal: Unit vectors from the first sphere's centre towards the contact, shape (C, 3), float64.
+        friction: Coefficient of friction of each contact, shape (C,), float64.
+    """
+
+    radius: Float64Array
+    weight: Float64Array
+    mass: Float64Array
+    first: Int64Array
+    second: Int64Array
+    normal: Float64Array
+    friction: Float64Array
+
+    @property
+    def count(self) -> int:
+        """Number of spheres."""
+        return len(self.radius)
+
+    @property
+    def weight_sum(self) -> float:
+        """Sum of the weights' amounts [N]."""
+        return float(np.linalg.norm(self.weight, axis=1).sum())
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Balance:
+    """Contact forces, and what they leave of the spheres' balance.
+
+    Attributes:
+        force: Force of each contact on its second sphere [N], the opposite of that on the first, (C, 3).
+        left: Force on each sphere that nothing balances [N], shape (N, 3).
+        torque_left: Torque on each sphere that nothing balances, divided by its radius [N], shape (N, 3).
+        share: Sum of the forces left, as a share of the sum of all weights: the spheres' mean acceleration
+            when they are let go, by mass, in units of gravity.
+        steps: Steps that were taken.
+    """
+
+    force: Float64Array
+    left: Float64Array
+    torque_left: Float64Array
+    share: float
+    steps: int
+
+    def falling(self, structure: Structure) -> NDArray[np.bool_]:
+        """Return the spheres that more than half of their weight is left of, shape (N,), bool."""
+        weight = np.linalg.norm(structure.weight, axis=1)
+        return np.asarray(np.linalg.norm(self.left, axis=1) > 0.5 * weight)
+
+
+def balance(
+    structure: Structure,
+    friction: float | None = None,
+    *,
+    enough: float = 1.0e-5,
+    stalled: float = STALLED,
+    start: Float64Array | None = None,
+) -> Balance:
+    """Return forces that leave as little as may be of the spheres' weights.
+
+    Args:
+        structure: Spheres and contacts.
+        friction: Coefficient of friction of all contacts; None: each contact's own.
+        enough: Share of the weights that may be left: the search ends there.
+        stalled: Relative loss in `STEPS_BETWEEN` steps below which it ends as well.
+        start: Forces to start from [N], shape (C, 3); None: none.
+
+    Returns:
+        The forces; they obey the cones exactly, so that `share` is never too small.
+    """
+    from packgen.programmes import force_kernels as kernels
+
+    contacts = len(structure.first)
+    own = structure.friction if friction is None else np.full(contacts, friction)
+    weight = np.ascontiguousarray(structure.weight, dtype=np.float64)
+    total = structure.weight_sum or 1.0
+    # In units of a mean weight and a mean mass, so that settings hold for grains and for boulders.
+    unit = total / max(structure.count, 1)
+    mass = (
+        structure.mass / max(float(structure.mass.mean()), np.finfo(float).tiny)
+        if contacts
+        else structure.mass
+    )
+    arrays = (structure.first, structure.second, structure.normal, own)
+    force = np.zeros((contacts, 3)) if start is None else start / unit
+    left, torque = weight / unit, np.zeros_like(weight)
+    before, share, steps = np.inf, 1.0 if structure.weight_sum else 0.0, 0
+    if contacts:
+        step = 1.0 / kernels.curvature(*arrays[:3], 1.0 / mass)
+        ahead, pace = force.copy(), 1.0
+        while steps < STEPS_MAX:
+            pace = kernels.descend(
+                *arrays, 1.0 / mass, weight / unit, step, STEPS_BETWEEN, force, ahead, pace
+            )
+            steps += STEPS_BETWEEN
+            left, torque = kernels.what_is_left(*arrays[:3], weight / unit, force)
+            share = float(np.linalg.norm(left, axis=1).sum() * unit / total)
+            cost = float(((left**2).sum(axis=1) / mass + (torque**2).sum(axis=1) / mass).sum())
+            if share <= enough or abs(before - cost) <= stalled * cost:
+                break
+            before = cost
+    return Balance(force * unit, left * unit, torque * unit, share, steps)
+
+
+def rattlers(structure: Structure, friction: float | None = None) -> NDArray[np.bool_]:
+    """Return the spheres that their contacts cannot hold, even if all they touch were fixed.
+
+    What leans on such spheres alone is not held either: they are taken out, and the rest is asked again.
+
+    Args:
+        structure: Spheres and contacts.
+        friction: Coefficient of friction of all contacts; None: each contact's own.
+
+    Returns:
+        Which spheres are taken out, shape (N,), bool.
+    """
+    loose = np.zeros(structure.count, dtype=bool)
+    while True:
+        apart = _each_alone(without(structure, loose))
+        found = balance(apart, friction, stalled=1e-4)
+        size = np.linalg.norm(apart.weight, axis=1)
+        more = np.linalg.norm(found.left, axis=1) > UNHELD * size
+        more &= ~loose & (size > 0.0)
+        if not more.any():
+            return loose
+        loose |= more
+
+
+def without(structure: Structure, loose: NDArray[np.bool_]) -> Structure:
+    """Return a structure whose chosen spheres, shape (N,), have neither weight nor contacts."""
+    second = np.where(structure.second == FIXED, structure.first, structure.second)
+    kept = ~loose[structure.first] & ~loose[second]
+    return replace(
+        structure,
+        weight=np.where(loose[:, None], 0.0, structure.weight),
+        first=structure.first[kept],
+        second=structure.second[kept],
+        normal=structure.normal[kept],
+        friction=structure.friction[kept],
+    )
+
+
+def _each_alone(structure: Structure) -> Structure:
+    """Return a structure in which all that a sphere touches is fixed."""
+    between = structure.second != FIXED
+    return replace(
+        structure,
+        first=np.concatenate([structure.first, structure.second[between]]),
+        second=np.full(len(structure.first) + int(between.sum()), FIXED),
+        normal=np.concatenate([structure.normal, -structure.normal[between]]),
+        friction=np.concatenate([structure.friction, structure.friction[between]]),
+    )
+
+
+def least_friction(
+    structure: Structure, share: float, *, most: float = FRICTION_MAX, start: Float64Array | None = None
+) -> float | None:
+    """Return the least friction, the same at all contacts, at which they carry all but a share of the weight.
+
+    Args:
+        structure: Spheres and contacts.
+        share: Share of the weights that may be left.
+        most: Largest coefficient that is tried.
+        start: Forces to start from [N], shape (C, 3).
+
+    Returns:
+        Coefficient of friction, too large by at most `FRICTION_STEP`; None where `most` is not enough.
+    """
+    low, high = 0.0, most
+    found = balance(structure, 0.0, enough=share)
+    if found.share <= share:
+        return 0.0
+    found = balance(structure, most, enough=share, start=start)
+    if found.share > share:
+        return None
+    while high - low > FRICTION_STEP:
+        # Frictions of materials are small numbers: most of the search is spent there.
+        middle = (
+            np.sqrt(max(low, FRICTION_STEP) * high)
+            if high > 4.0 * max(low, FRICTION_STEP)
+            else 0.5 * (low + high)
+        )
+        tried = balance(structure, float(middle), enough=share, start=found.force)
+        if tried.share <= share:
+            high, found = float(middle), tried
+        else:
+            low = float(middle)
+    return high
