@@ -23,7 +23,7 @@ class MeshWalls:
     """
 
     def __init__(self, surface: Surface) -> None:
-        lids = _lid_corners(surface)
+        lids = lid_corners(surface)
         self._corners = np.concatenate([surface.vertices[surface.faces], lids])
 
     def distance(self, position: Float64Array, reach: Float64Array) -> Float64Array:
@@ -68,7 +68,7 @@ class MeshWalls:
         return inside(self._corners, position, distance)
 
 
-def _lid_corners(surface: Surface) -> Float64Array:
+def lid_corners(surface: Surface) -> Float64Array:
     """Return triangles (L, 3, 3) that close the open rims: a fan from the middle of each rim."""
     edges = surface.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     if _is_closed(edges, len(surface.vertices)):

@@ -104,13 +104,16 @@ def what_is_left(
 
 
 @loop
-def curvature(first: Int64Array, second: Int64Array, normal: Float64Array, lightness: Float64Array) -> float:
+def curvature(
+    first: Int64Array, second: Int64Array, normal: Float64Array, ease: Float64Array, lightness: Float64Array
+) -> float:
     """Return the largest curvature of what is left over the contacts' forces, by power steps.
 
     Args:
         first: One sphere of each contact, shape (C,).
         second: The other one, negative for a fixed one, shape (C,).
         normal: Unit vectors from the first to the second, shape (C, 3).
+        ease: What each contact's slope is multiplied by, shape (C,).
         lightness: Inverse masses, shape (N,).
     """
     contacts, spheres = len(first), len(lightness)
@@ -127,6 +130,7 @@ def curvature(first: Int64Array, second: Int64Array, normal: Float64Array, light
         total = 0.0
         for contact in range(contacts):
             g0, g1, g2 = _slope(first[contact], second[contact], normal[contact], left, torque, lightness)
+            g0, g1, g2 = ease[contact] * g0, ease[contact] * g1, ease[contact] * g2
             force[contact, 0], force[contact, 1], force[contact, 2] = g0, g1, g2
             total += g0 * g0 + g1 * g1 + g2 * g2
         size = np.sqrt(total)
@@ -142,7 +146,7 @@ def descend(
     friction: Float64Array,
     lightness: Float64Array,
     weight: Float64Array,
-    step: float,
+    step: Float64Array,
     steps: int,
     force: Float64Array,
     ahead: Float64Array,
@@ -157,7 +161,7 @@ def descend(
         friction: Coefficients, shape (C,).
         lightness: Inverse masses, shape (N,).
         weight: Weights, shape (N, 3).
-        step: Inverse of the largest curvature.
+        step: What each contact's slope is multiplied by, shape (C,).
         steps: How many.
         force: Forces on the second spheres, shape (C, 3).
         ahead: Where the next slope is taken, shape (C, 3).
@@ -177,11 +181,14 @@ def descend(
         for c in range(len(first)):
             g0, g1, g2 = _slope(first[c], second[c], normal[c], left, torque, lightness)
             p0, p1, p2 = ahead[c, 0], ahead[c, 1], ahead[c, 2]
-            q0, q1, q2 = _into_cone(normal[c], friction[c], p0 - step * g0, p1 - step * g1, p2 - step * g2)
+            q0, q1, q2 = _into_cone(
+                normal[c], friction[c], p0 - step[c] * g0, p1 - step[c] * g1, p2 - step[c] * g2
+            )
             l0, l1, l2 = force[c, 0], force[c, 1], force[c, 2]
             last[c, 0], last[c, 1], last[c, 2] = l0, l1, l2
             force[c, 0], force[c, 1], force[c, 2] = q0, q1, q2
-            uphill += (p0 - q0) * (q0 - l0) + (p1 - q1) * (q1 - l1) + (p2 - q2) * (q2 - l2)
+            rise = (p0 - q0) * (q0 - l0) + (p1 - q1) * (q1 - l1) + (p2 - q2) * (q2 - l2)
+            uphill += rise / step[c]
         if uphill > 0.0:
             pace = 1.0
             ahead[:] = force

@@ -12,7 +12,7 @@ need some hundred passes over the contacts. `packgen.programmes.balance` asks th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +26,6 @@ FIXED = -1  # in place of a sphere's index: a wall, or a sphere that is held fro
 STEPS_MAX = 4000
 STEPS_BETWEEN = 50  # steps from one look at what is left to the next
 STALLED = 2.0e-3  # relative loss of what is left from one look to the next, below which no more is awaited
-UNHELD = 0.1  # share of its own weight that contacts may leave of a sphere that they hold
 FRICTION_STEP = 0.005  # to which the least friction is found
 FRICTION_MAX = 2.0  # no material has more
 
@@ -109,88 +108,58 @@ def balance(
     Returns:
         The forces; they obey the cones exactly, so that `share` is never too small.
     """
-    from packgen.programmes import force_kernels as kernels
-
-    contacts = len(structure.first)
-    own = structure.friction if friction is None else np.full(contacts, friction)
-    weight = np.ascontiguousarray(structure.weight, dtype=np.float64)
-    total = structure.weight_sum or 1.0
-    # In units of a mean weight and a mean mass, so that settings hold for grains and for boulders.
-    unit = total / max(structure.count, 1)
-    mass = (
-        structure.mass / max(float(structure.mass.mean()), np.finfo(float).tiny)
-        if contacts
-        else structure.mass
-    )
-    arrays = (structure.first, structure.second, structure.normal, own)
-    force = np.zeros((contacts, 3)) if start is None else start / unit
-    left, torque = weight / unit, np.zeros_like(weight)
-    before, share, steps = np.inf, 1.0 if structure.weight_sum else 0.0, 0
-    if contacts:
-        step = 1.0 / kernels.curvature(*arrays[:3], 1.0 / mass)
-        ahead, pace = force.copy(), 1.0
-        while steps < STEPS_MAX:
-            pace = kernels.descend(
-                *arrays, 1.0 / mass, weight / unit, step, STEPS_BETWEEN, force, ahead, pace
-            )
-            steps += STEPS_BETWEEN
-            left, torque = kernels.what_is_left(*arrays[:3], weight / unit, force)
-            share = float(np.linalg.norm(left, axis=1).sum() * unit / total)
-            cost = float(((left**2).sum(axis=1) / mass + (torque**2).sum(axis=1) / mass).sum())
-            if share <= enough or abs(before - cost) <= stalled * cost:
-                break
-            before = cost
-    return Balance(force * unit, left * unit, torque * unit, share, steps)
+    search = _Search(structure, friction, start)
+    before, share = np.inf, search.share
+    while search.steps < STEPS_MAX and share > enough:
+        share, cost = search.go_on()
+        if abs(before - cost) <= stalled * cost:
+            break
+        before = cost
+    return search.balance()
 
 
-def rattlers(structure: Structure, friction: float | None = None) -> NDArray[np.bool_]:
-    """Return the spheres that their contacts cannot hold, even if all they touch were fixed.
+class _Search:
+    """Accelerated projected gradients, in units of a mean weight and a mean mass."""
 
-    What leans on such spheres alone is not held either: they are taken out, and the rest is asked again.
+    def __init__(self, structure: Structure, friction: float | None, start: Float64Array | None) -> None:
+        from packgen.programmes import force_kernels as kernels
 
-    Args:
-        structure: Spheres and contacts.
-        friction: Coefficient of friction of all contacts; None: each contact's own.
+        self._kernels = kernels
+        contacts = len(structure.first)
+        self._unit = structure.weight_sum / max(structure.count, 1) or 1.0
+        self._weight = structure.weight / self._unit
+        self._lightness = float(structure.mass.mean()) / structure.mass if contacts else structure.mass
+        self._graph = structure.first, structure.second, np.ascontiguousarray(structure.normal)
+        self._friction = structure.friction if friction is None else np.full(contacts, friction)
+        self._force = np.zeros((contacts, 3)) if start is None else start / self._unit
+        self._ahead, self._pace = self._force.copy(), 1.0
+        self._left, self._torque = self._weight, np.zeros_like(self._weight)
+        self.steps, self.share = 0, 1.0 if contacts and structure.weight_sum else 0.0
+        if not contacts:
+            self.share = float(np.linalg.norm(self._weight, axis=1).mean()) if structure.count else 0.0
+            self.steps = STEPS_MAX
+            return
+        # Light spheres make stiff contacts: each contact has a step of its own.
+        both = np.where(structure.second == FIXED, 0.0, self._lightness[structure.second])
+        ease = 1.0 / (self._lightness[structure.first] + both)
+        self._step = ease / kernels.curvature(*self._graph, ease, self._lightness)
 
-    Returns:
-        Which spheres are taken out, shape (N,), bool.
-    """
-    loose = np.zeros(structure.count, dtype=bool)
-    while True:
-        apart = _each_alone(without(structure, loose))
-        found = balance(apart, friction, stalled=1e-4)
-        size = np.linalg.norm(apart.weight, axis=1)
-        more = np.linalg.norm(found.left, axis=1) > UNHELD * size
-        more &= ~loose & (size > 0.0)
-        if not more.any():
-            return loose
-        loose |= more
+    def go_on(self) -> tuple[float, float]:
+        """Take some steps; return the share of the weights that is left, and Gauss' constraint."""
+        self._pace = self._kernels.descend(
+            *self._graph, self._friction, self._lightness, self._weight, self._step, STEPS_BETWEEN,
+            self._force, self._ahead, self._pace,
+        )  # fmt: skip
+        self.steps += STEPS_BETWEEN
+        self._left, self._torque = self._kernels.what_is_left(*self._graph, self._weight, self._force)
+        self.share = float(np.linalg.norm(self._left, axis=1).mean())
+        squares = (self._left**2).sum(axis=1) + self._kernels.SPIN * (self._torque**2).sum(axis=1)
+        return self.share, float((squares * self._lightness).sum())
 
-
-def without(structure: Structure, loose: NDArray[np.bool_]) -> Structure:
-    """Return a structure whose chosen spheres, shape (N,), have neither weight nor contacts."""
-    second = np.where(structure.second == FIXED, structure.first, structure.second)
-    kept = ~loose[structure.first] & ~loose[second]
-    return replace(
-        structure,
-        weight=np.where(loose[:, None], 0.0, structure.weight),
-        first=structure.first[kept],
-        second=structure.second[kept],
-        normal=structure.normal[kept],
-        friction=structure.friction[kept],
-    )
-
-
-def _each_alone(structure: Structure) -> Structure:
-    """Return a structure in which all that a sphere touches is fixed."""
-    between = structure.second != FIXED
-    return replace(
-        structure,
-        first=np.concatenate([structure.first, structure.second[between]]),
-        second=np.full(len(structure.first) + int(between.sum()), FIXED),
-        normal=np.concatenate([structure.normal, -structure.normal[between]]),
-        friction=np.concatenate([structure.friction, structure.friction[between]]),
-    )
+    def balance(self) -> Balance:
+        """Return what was found, in SI units."""
+        unit = self._unit
+        return Balance(self._force * unit, self._left * unit, self._torque * unit, self.share, self.steps)
 
 
 def least_friction(

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from packgen.programmes.balance import weight_shares_carried
-from packgen.programmes.forces import FIXED, balance, least_friction, rattlers
+from packgen.programmes.forces import FIXED, balance, least_friction
 from tests.programmes.structures import make_structure, pyramid, turned, wedge
 
 DOWN = (0, 0, -1)
@@ -94,18 +94,7 @@ def test_forces_obey_the_cones_and_leave_what_is_said():
     assert left == pytest.approx(found.left, abs=1e-12)
 
 
-def test_spheres_that_their_contacts_cannot_hold_are_rattlers_one_after_the_other():
-    # 0 stands on the floor, 1 leans on it, 2 is between 1 and a wall and loses its hold with 1.
-    to_first, to_wall = (1, 0, -0.1), (-1, 0, -0.1)
-    structure = make_structure(
-        4,
-        [(0, FIXED, DOWN), (1, 0, (-0.5, 0, -1)), (2, 1, to_first), (2, FIXED, to_wall), (3, FIXED, DOWN)],
-    )
-    assert rattlers(structure, 0.5).tolist() == [False, True, True, False]
-
-
 def test_nothing_at_all_is_no_question():
     empty = make_structure(0, [])
     assert balance(empty).share == 0.0
     assert least_friction(empty, 0.01) == 0.0
-    assert rattlers(empty).tolist() == []

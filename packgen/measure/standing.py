@@ -1,0 +1,96 @@
+"""Does a bed stand? Whether its contacts can carry its spheres' weights, and what friction that takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.arrays import BoolArray
+from packgen.bed import Bed
+from packgen.measure.structure import structure_of
+from packgen.programmes.forces import Structure, balance, least_friction
+
+GAP = 2.0e-3  # radii: twice the gaps that the arrangement leaves between spheres that rest on each other
+NOT_CARRIED_MAX = 0.02  # share of the weight; the loose spheres of a bed that stands have less
+WHOLE_MAX = 2000  # spheres of a bed that is looked at as a whole
+BLOCKS, BLOCK_SIZE = 4, 500  # of a larger one, so many blocks of so many spheres
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Whether contacts can carry a bed, by forces that push and lie in the friction cones.
+
+    Forces and torques of every sphere are to balance. Where they cannot, the forces that leave the least are
+    taken: what they leave is how the bed starts to move when it is let go.
+
+    Attributes:
+        friction_least: Least coefficient of friction, the same at all spheres and walls, at which contacts
+            carry all but `NOT_CARRIED_MAX` of the weight; None where even 2.0 is not enough.
+        stands: Whether they carry as much at the materials' own frictions.
+        not_carried: Share of the weight that they leave at the materials' own frictions: the spheres' mean
+            acceleration by mass, in units of gravity.
+        falling: Number of spheres that contacts leave more than half of the weight of, at the same
+            frictions: mostly rattlers, which fall a little.
+        gap: Largest gap that counts as a contact, as a fraction of the smaller radius.
+        spheres: Number of spheres that were looked at.
+        blocks: Number of blocks that they are in, spheres around them being fixed: a bed whose blocks do not
+            stand does not stand, one whose blocks do may yet fall. 0: the whole bed.
+    """
+
+    friction_least: float | None
+    stands: bool
+    not_carried: float
+    falling: int
+    gap: float
+    spheres: int
+    blocks: int
+
+
+def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Standing | None:
+    """Return whether a bed stands.
+
+    Args:
+        bed: The bed.
+        gap: Largest gap of a contact, as a fraction of the smaller radius.
+        whole_max: Most spheres of a bed that is looked at as a whole; blocks of larger ones are.
+
+    Returns:
+        The findings; None without spheres, without gravity or a floor, and of spheres joined to bodies.
+    """
+    if bed.count == 0 or not bed.rests or bed.body_index is not None:
+        return None
+    chosen = None if bed.count <= whole_max else _blocks(bed)
+    structure = structure_of(bed, gap, chosen)
+    found = balance(structure)
+    return Standing(
+        friction_least=_least(structure),
+        stands=found.share <= NOT_CARRIED_MAX,
+        not_carried=found.share,
+        falling=int(found.falling(structure).sum()),
+        gap=gap,
+        spheres=structure.count,
+        blocks=0 if chosen is None else BLOCKS,
+    )
+
+
+def _least(structure: Structure) -> float | None:
+    """Return the least friction, rounded as exactly as it is found."""
+    least = least_friction(structure, NOT_CARRIED_MAX)
+    return None if least is None else round(least, 3)
+
+
+def _blocks(bed: Bed) -> BoolArray:
+    """Return the spheres of cubes around the bed's middle, evenly over its solid volume's height, (N,)."""
+    height = -(bed.position @ bed.down)
+    order = np.argsort(height, kind="stable")
+    solid = np.cumsum(bed.radius[order] ** 3)
+    middle = np.median(bed.position, axis=0)
+    chosen = np.zeros(bed.count, dtype=bool)
+    for place in range(BLOCKS):
+        rank = int(np.searchsorted(solid, (place + 0.5) / BLOCKS * solid[-1]))
+        centre = middle + (height[order[rank]] + middle @ bed.down) * -bed.down
+        # The cube's half side is the distance to its last sphere, by the largest coordinate.
+        apart = np.abs(bed.position - centre).max(axis=1)
+        chosen[np.argpartition(apart, BLOCK_SIZE)[:BLOCK_SIZE]] = True
+    return chosen
