@@ -25,6 +25,7 @@ from packgen.measure import (
     RadialProfile,
     Sizes,
     SolidFraction,
+    Standing,
     close_packing,
     contacts_and_gaps,
     core_of,
@@ -34,6 +35,7 @@ from packgen.measure import (
     radial_profile,
     sizes,
     solid_fraction_with,
+    standing,
 )
 from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
@@ -113,6 +115,8 @@ class Measures:
         order: Shares of the spheres that sit in a crystal.
         step_zero: The largest forces that a solver will find before anything moves, by geometry alone; None
             without gravity.
+        stands_at_friction: Whether the contacts can carry the bed's weight, and from what friction on; None
+            of a bed that rests on nothing, and of spheres joined to bodies.
     """
 
     sphere_count: int
@@ -129,6 +133,7 @@ class Measures:
     pair_correlation: PairCorrelation | None
     order: LocalOrder
     step_zero: PredictedForces | None
+    stands_at_friction: Standing | None
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
@@ -204,6 +209,8 @@ class Report(Measures):
             rows.append((f"contacts a sphere at gaps of {gaps}", means))
         if self.step_zero is not None:
             rows.append(("largest step-0 force, predicted", f"{self.step_zero.force_max:.3g} W"))
+        if self.stands_at_friction is not None:
+            rows.append(("stands from a friction of", self.stands_at_friction.as_text()))
         rows += [
             (f"size curve of {each.name}, off by", f"{each.by_mass.distance_max:.2%} by mass")
             for each in self.sizes
@@ -317,6 +324,7 @@ def measure_bed(
         solid = pool.submit(solid_fraction_with, bed, core)
         profile = pool.submit(height_profile, bed)
         forces = pool.submit(_step_zero, bed, found, clearance)
+        stands = pool.submit(_stands, bed, found)
         packing = close_packing(bed, solid.result())
     touching, gaps = contacts.result()
     return Measures(
@@ -334,6 +342,7 @@ def measure_bed(
         pair_correlation=correlation.result(),
         order=order.result(),
         step_zero=forces.result(),
+        stands_at_friction=stands.result(),
     )
 
 
@@ -344,6 +353,11 @@ def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForc
     if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
         return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)
     return predicted_forces(bed, clearance)
+
+
+def _stands(bed: Bed, check: Check) -> Standing | None:
+    """Return whether the bed stands; a position that is no number is nowhere."""
+    return None if check.invalid_count else standing(bed)
 
 
 def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:

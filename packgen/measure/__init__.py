@@ -26,6 +26,7 @@ from packgen.measure.radial import RadialProfile, de_klerk_porosity, mueller_por
 from packgen.measure.regions import box_fraction, container_fraction, shell_fraction, slab_fraction
 from packgen.measure.roundness import RoundPart, round_part
 from packgen.measure.sizes import SizeCurve, Sizes, sizes
+from packgen.measure.standing import Standing, standing
 from packgen.measure.volumes import mean_diameter
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "SizeCurve",
     "Sizes",
     "SolidFraction",
+    "Standing",
     "against_gravity",
     "box_fraction",
     "close_packing",
@@ -64,6 +66,7 @@ __all__ = [
     "solid_fraction",
     "solid_fraction_with",
     "solid_volume",
+    "standing",
     "volume_in_cylinder",
     "volume_in_cylinder_between",
 ]

@@ -9,11 +9,12 @@ import numpy as np
 from packgen.arrays import BoolArray
 from packgen.bed import Bed
 from packgen.measure.structure import structure_of
-from packgen.programmes.forces import Structure, balance, least_friction
+from packgen.programmes.forces import Balance, Structure, balance, least_friction
 
 GAP = 2.0e-3  # radii: twice the gaps that the arrangement leaves between spheres that rest on each other
 NOT_CARRIED_MAX = 0.02  # share of the weight; the loose spheres of a bed that stands have less
 WHOLE_MAX = 2000  # spheres of a bed that is looked at as a whole
+SAMPLE = 50_000  # spheres by which the heights of blocks are found
 BLOCKS, BLOCK_SIZE = 4, 500  # of a larger one, so many blocks of so many spheres
 
 
@@ -46,6 +47,11 @@ class Standing:
     spheres: int
     blocks: int
 
+    def as_text(self) -> str:
+        """Return the least friction, and what is left at the bed's own, in words."""
+        least = "none" if self.friction_least is None else f"{self.friction_least:.2g}"
+        return f"{least} ({self.not_carried:.1%} of the weight not carried at its own)"
+
 
 def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Standing | None:
     """Return whether a bed stands.
@@ -64,7 +70,7 @@ def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Stand
     structure = structure_of(bed, gap, chosen)
     found = balance(structure)
     return Standing(
-        friction_least=_least(structure),
+        friction_least=_least(structure, found),
         stands=found.share <= NOT_CARRIED_MAX,
         not_carried=found.share,
         falling=int(found.falling(structure).sum()),
@@ -74,23 +80,25 @@ def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Stand
     )
 
 
-def _least(structure: Structure) -> float | None:
+def _least(structure: Structure, found: Balance) -> float | None:
     """Return the least friction, rounded as exactly as it is found."""
-    least = least_friction(structure, NOT_CARRIED_MAX)
+    least = least_friction(structure, NOT_CARRIED_MAX, found)
     return None if least is None else round(least, 3)
 
 
 def _blocks(bed: Bed) -> BoolArray:
     """Return the spheres of cubes around the bed's middle, evenly over its solid volume's height, (N,)."""
-    height = -(bed.position @ bed.down)
+    some = slice(None, None, max(1, bed.count // SAMPLE))
+    height = -(bed.position[some] @ bed.down)
     order = np.argsort(height, kind="stable")
-    solid = np.cumsum(bed.radius[order] ** 3)
-    middle = np.median(bed.position, axis=0)
+    solid = np.cumsum(bed.radius[some][order] ** 3)
+    middle = np.median(bed.position[some], axis=0)
     chosen = np.zeros(bed.count, dtype=bool)
+    size = min(BLOCK_SIZE, bed.count)
     for place in range(BLOCKS):
         rank = int(np.searchsorted(solid, (place + 0.5) / BLOCKS * solid[-1]))
-        centre = middle + (height[order[rank]] + middle @ bed.down) * -bed.down
+        centre = middle - (height[order[rank]] + middle @ bed.down) * bed.down
         # The cube's half side is the distance to its last sphere, by the largest coordinate.
         apart = np.abs(bed.position - centre).max(axis=1)
-        chosen[np.argpartition(apart, BLOCK_SIZE)[:BLOCK_SIZE]] = True
+        chosen[np.argpartition(apart, size - 1)[:size]] = True
     return chosen

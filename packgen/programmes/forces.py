@@ -26,6 +26,7 @@ FIXED = -1  # in place of a sphere's index: a wall, or a sphere that is held fro
 STEPS_MAX = 4000
 STEPS_BETWEEN = 50  # steps from one look at what is left to the next
 STALLED = 2.0e-3  # relative loss of what is left from one look to the next, below which no more is awaited
+STALLED_ROUGH = 1.0e-2  # the same where frictions are tried: near the least one little is lost for long
 FRICTION_STEP = 0.005  # to which the least friction is found
 FRICTION_MAX = 2.0  # no material has more
 
@@ -162,37 +163,35 @@ class _Search:
         return Balance(self._force * unit, self._left * unit, self._torque * unit, self.share, self.steps)
 
 
-def least_friction(
-    structure: Structure, share: float, *, most: float = FRICTION_MAX, start: Float64Array | None = None
-) -> float | None:
+def least_friction(structure: Structure, share: float, known: Balance | None = None) -> float | None:
     """Return the least friction, the same at all contacts, at which they carry all but a share of the weight.
 
     Args:
         structure: Spheres and contacts.
         share: Share of the weights that may be left.
-        most: Largest coefficient that is tried.
-        start: Forces to start from [N], shape (C, 3).
+        known: Result of `balance` at the contacts' own frictions, which spares work.
 
     Returns:
-        Coefficient of friction, too large by at most `FRICTION_STEP`; None where `most` is not enough.
+        Coefficient of friction, too large by at most `FRICTION_STEP` or a twentieth; None where
+        `FRICTION_MAX` is not enough.
     """
-    low, high = 0.0, most
-    found = balance(structure, 0.0, enough=share)
-    if found.share <= share:
-        return 0.0
-    found = balance(structure, most, enough=share, start=start)
-    if found.share > share:
-        return None
-    while high - low > FRICTION_STEP:
-        # Frictions of materials are small numbers: most of the search is spent there.
-        middle = (
-            np.sqrt(max(low, FRICTION_STEP) * high)
-            if high > 4.0 * max(low, FRICTION_STEP)
-            else 0.5 * (low + high)
-        )
-        tried = balance(structure, float(middle), enough=share, start=found.force)
+    high, force = FRICTION_MAX, None if known is None else known.force
+    if known is not None and known.share <= share:
+        high = float(structure.friction.max(initial=0.0))
+    else:
+        found = balance(structure, high, enough=share, start=force)
+        if found.share > share:
+            return None
+        force = found.force
+    low = 0.0
+    while high - low > max(FRICTION_STEP, 0.05 * high):
+        # Materials' frictions are small numbers: the search goes down by halves first.
+        middle = 0.5 * (low + high)
+        tried = balance(structure, middle, enough=share, stalled=STALLED_ROUGH, start=force)
         if tried.share <= share:
-            high, found = float(middle), tried
+            high, force = middle, tried.force
         else:
-            low = float(middle)
+            low = middle
+    if low == 0.0 and balance(structure, 0.0, enough=share, start=force).share <= share:
+        return 0.0
     return high
