@@ -37,6 +37,7 @@ from packgen.measure import (
     solid_fraction_with,
     standing,
 )
+from packgen.measure.coordination import Coordination, coordination
 from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
@@ -110,6 +111,8 @@ class Measures:
         sizes: Size curves asked and reached, set by set.
         profile: Solid fraction along the height.
         gaps: Pairs of neighbours counted by their gap.
+        coordination: Contacts a sphere over the gap, and their plateau; None without spheres, and of a bed
+            too large for it.
         radial: Porosity over the distance from the wall; None where the container is not round.
         pair_correlation: g(r) of the core; None where the bed has no room for one.
         order: Shares of the spheres that sit in a crystal.
@@ -129,6 +132,7 @@ class Measures:
     sizes: tuple[Sizes, ...]
     profile: HeightProfile
     gaps: Gaps
+    coordination: Coordination | None
     radial: RadialProfile | None
     pair_correlation: PairCorrelation | None
     order: LocalOrder
@@ -324,7 +328,8 @@ def measure_bed(
         solid = pool.submit(solid_fraction_with, bed, core)
         profile = pool.submit(height_profile, bed)
         forces = pool.submit(_step_zero, bed, found, clearance)
-        stands = pool.submit(_stands, bed, found)
+        stands = pool.submit(standing, bed)
+        number = pool.submit(coordination, bed, clearance)
         packing = close_packing(bed, solid.result())
     touching, gaps = contacts.result()
     return Measures(
@@ -338,6 +343,7 @@ def measure_bed(
         sizes=tuple(each for each in compared if each is not None),
         profile=profile.result(),
         gaps=gaps,
+        coordination=number.result(),
         radial=radial.result(),
         pair_correlation=correlation.result(),
         order=order.result(),
@@ -353,11 +359,6 @@ def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForc
     if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
         return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)
     return predicted_forces(bed, clearance)
-
-
-def _stands(bed: Bed, check: Check) -> Standing | None:
-    """Return whether the bed stands; a position that is no number is nowhere."""
-    return None if check.invalid_count else standing(bed)
 
 
 def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:

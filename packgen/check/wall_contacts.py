@@ -17,7 +17,7 @@ SAME_WALL = (
 
 def wall_contacts(
     container: Container, position: Float64Array, radius: Float64Array, gap_fraction: float
-) -> tuple[Int64Array, Float64Array]:
+) -> tuple[Int64Array, Float64Array, Float64Array]:
     """Return all contacts of spheres with walls.
 
     Args:
@@ -27,7 +27,8 @@ def wall_contacts(
         gap_fraction: Largest gap of a contact, as a fraction of the sphere's radius.
 
     Returns:
-        The sphere of each contact, shape (W,), and unit vectors from its centre to the wall, shape (W, 3).
+        The sphere of each contact, shape (W,); unit vectors from its centre to the wall, shape (W, 3); its
+        centre's distance from the wall [m], shape (W,).
     """
     reach = radius * (1.0 + gap_fraction)
     shape = container.shape
@@ -49,10 +50,14 @@ def wall_contacts(
         found.append((shape.radius - distance, outward))
     elif isinstance(shape, Cone):
         found = _cone_walls(shape, position)
-    near = [(np.flatnonzero(away <= reach), normal) for away, normal in found]
-    if not near:
-        return np.zeros(0, np.int64), np.zeros((0, 3))
-    return np.concatenate([each for each, _ in near]), np.concatenate([n[each] for each, n in near])
+    parts = []
+    for away, normal in found:
+        near = np.flatnonzero(away <= reach)
+        parts.append((near, normal[near], away[near]))
+    if not parts:
+        return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
+    sphere, normal, away = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return sphere, normal, away
 
 
 def _directions(vectors: Float64Array) -> tuple[Float64Array, Float64Array]:
@@ -78,7 +83,7 @@ def _cone_walls(cone: Cone, position: Float64Array) -> list[tuple[Float64Array, 
 
 def _mesh_contacts(
     surface: Surface, position: Float64Array, reach: Float64Array
-) -> tuple[Int64Array, Float64Array]:
+) -> tuple[Int64Array, Float64Array, Float64Array]:
     """Return the contacts with triangles; of triangles in about the same direction the nearest counts."""
     corners = np.concatenate([surface.vertices[surface.faces], lid_corners(surface)])
     limit = float(reach.max(initial=0.0))
@@ -93,16 +98,16 @@ def _mesh_contacts(
             away.append(distance[near])
             normals.append(normal[near])
     if not points:
-        return np.zeros(0, np.int64), np.zeros((0, 3))
+        return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
     point, distance, normal = np.concatenate(points), np.concatenate(away), np.concatenate(normals)
     order = np.lexsort((distance, point))
-    point, normal = point[order], normal[order]
+    point, normal, distance = point[order], normal[order], distance[order]
     start = np.searchsorted(point, point)  # each sphere's nearest contact
     kept = np.zeros(len(point), dtype=bool)
     for place in range(len(point)):
         nearer = slice(start[place], place)
         kept[place] = not (kept[nearer] & (normal[nearer] @ normal[place] > SAME_WALL)).any()
-    return point[kept], normal[kept]
+    return point[kept], normal[kept], distance[kept]
 
 
 def _closest(point: Float64Array, corners: Float64Array) -> Float64Array:

@@ -14,7 +14,8 @@ AXES = np.concatenate([np.eye(3), -np.eye(3)])
 def found(container, position, radius=0.1, gap=1e-3):
     """The contacts as a sorted list of (sphere, direction)."""
     position = np.asarray(position, float).reshape(-1, 3)
-    sphere, normal = wall_contacts(container, position, np.full(len(position), radius), gap)
+    sphere, normal, away = wall_contacts(container, position, np.full(len(position), radius), gap)
+    assert (away <= radius * (1.0 + gap)).all()
     return sorted((int(one), *np.round(each, 9) + 0.0) for one, each in zip(sphere, normal, strict=True))
 
 
