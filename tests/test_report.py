@@ -57,6 +57,9 @@ def test_report_json_holds_the_numbers_under_their_names():
     assert read["pair_correlation"] is None  # five spheres across are no room for a core's own
     assert read["order"]["crystal"] == 0.0
     assert read["step_zero"]["force_max"] == pytest.approx(0.0, abs=1e-6)
+    assert read["coordination"]["plateau"] == pytest.approx(6.0)  # 300 pairs, 150 contacts with walls
+    stands = read["stands_at_friction"]
+    assert (stands["friction_least"], stands["stands"], stands["falling"]) == (0.0, True, 0)
     assert read["sizes"][0]["by_number"]["reached"] == [0.1] * 7
     assert read["settings"] == {"seed": 3, "scene": "a.yaml"}
     assert read["timings"] == {"arrange": 1.5}
@@ -82,8 +85,15 @@ def test_forces_are_those_of_the_prediction_whether_anything_overlaps_or_not(rad
     assert build_report(bed).step_zero == predicted_forces(bed)
 
 
-def test_a_bed_without_gravity_has_no_forces():
-    assert build_report(lattice_bed(gravity=np.zeros(3))).step_zero is None
+def test_a_bed_without_gravity_has_no_forces_and_does_not_stand():
+    report = build_report(lattice_bed(gravity=np.zeros(3)))
+    assert report.step_zero is None
+    assert report.stands_at_friction is None
+
+
+def test_a_bed_that_nothing_carries_has_no_friction_at_which_it_stands():
+    report = build_report(lattice_bed(radius=0.099 * np.ones(125)))
+    assert "none (100.0% of the weight" in dict(report.rows())["stands from a friction of"]
 
 
 def test_rows_name_count_density_and_overlap():

@@ -29,6 +29,7 @@ class Contacts:
         rattlers: Share of the spheres that no contacts can hold in place: fewer than `HELD_MIN`, a wall being
             one. Four that do not lie on one half of the sphere are needed in three dimensions (Torquato and
             Stillinger, J. Phys. Chem. B 105, 2001, 11849). A sphere that only rests on three others counts.
+            `coordination` takes rattlers out one after the other, and asks for less under gravity.
         spread: Number of spheres with 0, 1, 2, ... sphere contacts.
     """
 

@@ -106,6 +106,29 @@ def _structure(report: Mapping[str, Any]) -> list[Figure]:
     ):
         if order.get(name) is not None:
             figures.append(_percent(label, order[name], f"order.{name}"))
+    return figures + _balance(report)
+
+
+def _balance(report: Mapping[str, Any]) -> list[Figure]:
+    """Return the figures of what carries the spheres; reports of older versions have none."""
+    figures = []
+    number = report.get("coordination") or {}
+    if number.get("plateau") is not None:
+        low, high = number["plateau_low"], number["plateau_high"]
+        label = f"Contacts a sphere with walls, plateau (gaps of {low:.2g} to {high:.2g} r)"
+        value = number["plateau"]
+        figures.append(Figure(label, f"{value:.2f}", key="coordination.plateau", exact=value))
+        label = "Rattlers, taken out one after the other (contacts of the plateau)"
+        figures.append(_percent(label, number["rattlers"], "coordination.rattlers"))
+    stands = report.get("stands_at_friction")
+    if stands:
+        least = stands["friction_least"]
+        looked_at = f"{stands['blocks']} blocks" if stands["blocks"] else "whole bed"
+        label = f"Least friction at which the bed stands ({looked_at})"
+        value = "none" if least is None else f"{least:.2g}"
+        figures.append(Figure(label, value, key="stands_at_friction.friction_least", exact=least))
+        label = "Weight that contacts cannot carry at its own friction"
+        figures.append(_percent(label, stands["not_carried"], "stands_at_friction.not_carried"))
     forces = report.get("step_zero")
     if forces:
         label = "Largest force at step 0, predicted"

@@ -74,6 +74,8 @@ def test_every_figure_has_the_exact_value_of_report_json(tmp_path):
     known = {"sphere_count", "solid_fraction.filled", "overlap.overlap_max", "contacts.2.mean"}
     known |= {"close_packing.reached"}
     known |= {"contacts.2.rattlers", "order.crystal", "order.crystal_wall", "step_zero.force_max"}
+    known |= {"coordination.plateau", "coordination.rattlers"}
+    known |= {"stands_at_friction.friction_least", "stands_at_friction.not_carried"}
     assert known <= set(page.values)
     for key, value in page.values.items():
         found = report
