@@ -185,6 +185,24 @@ def test_bed_quality_judges_the_bed_and_its_mark(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.solver
+@needs_liggghts
+def test_standing_beds_are_asked_at_their_own_and_at_lower_frictions(tmp_path):
+    rows, text = run(
+        "standing_beds", tmp_path, "--spheres", "60", "--frictions", "0.5", "0.1", "--free-fall-times", "0.5"
+    )
+    cases = [(row["bed"], row["packed_at"], row["run_at"]) for row in rows]
+    assert cases == [
+        ("packgen", "0.5", "0.5"), ("packgen", "0.5", "0.1"), ("a tenth taken out", "0.5", "0.5"),
+        ("LIGGGHTS", "0.5", "0.5"), ("LIGGGHTS", "0.5", "0.1"),
+        ("packgen", "0.1", "0.1"), ("LIGGGHTS", "0.1", "0.1"),
+    ]  # fmt: skip
+    shares = [float(row["not_carried"]) for row in rows]
+    assert shares[1] > shares[0]  # less friction carries less
+    assert "least friction" in text
+
+
+@pytest.mark.slow
 def test_export_speed_writes_each_format_in_a_process_of_its_own(tmp_path):
     rows, text = run(
         "export_speed", tmp_path, "--spheres", "20000", "--repeats", "2", "--formats", "csv", "vtk with vtu"
@@ -278,6 +296,7 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
         "facets",
         "mixtures",
         "solver_agreement",
+        "standing_beds",
     ],
 )
 def test_every_script_explains_itself(script, capsys):

@@ -172,8 +172,8 @@ def least_friction(structure: Structure, share: float, known: Balance | None = N
         known: Result of `balance` at the contacts' own frictions, which spares work.
 
     Returns:
-        Coefficient of friction, too large by at most `FRICTION_STEP` or a twentieth; None where
-        `FRICTION_MAX` is not enough.
+        Coefficient of friction, found to `FRICTION_STEP` or a twentieth, and some hundredths more where
+        little changes with it: the search ends early. None where `FRICTION_MAX` is not enough.
     """
     high, force = FRICTION_MAX, None if known is None else known.force
     if known is not None and known.share <= share:
