@@ -12,6 +12,7 @@ from packgen.arrays import Float64Array, Int64Array
 from packgen.compiled import inlined, inner_loop, loop
 
 SPIN = 2.5  # m r^2 / I of a sphere
+PASSES = 50  # steps from one look at what is left to the next
 POWER_STEPS = 30
 MARGIN = 1.05  # on the largest curvature, which power steps find from below
 
@@ -147,7 +148,6 @@ def descend(
     lightness: Float64Array,
     weight: Float64Array,
     step: Float64Array,
-    steps: int,
     force: Float64Array,
     ahead: Float64Array,
     pace: float,
@@ -162,7 +162,6 @@ def descend(
         lightness: Inverse masses, shape (N,).
         weight: Weights, shape (N, 3).
         step: What each contact's slope is multiplied by, shape (C,).
-        steps: How many.
         force: Forces on the second spheres, shape (C, 3).
         ahead: Where the next slope is taken, shape (C, 3).
         pace: Nesterov's number; 1 at the start.
@@ -173,7 +172,7 @@ def descend(
     left = np.empty_like(weight)
     torque = np.empty_like(weight)
     last = np.empty_like(force)
-    for _ in range(steps):
+    for _ in range(PASSES):
         left[:] = weight
         torque[:] = 0.0
         _scatter(first, second, normal, ahead, left, torque)

