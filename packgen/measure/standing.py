@@ -35,8 +35,8 @@ class Standing:
             frictions: mostly rattlers, which fall a little.
         gap: Largest gap that counts as a contact, as a fraction of the smaller radius.
         spheres: Number of spheres that were looked at.
-        blocks: Number of blocks that they are in, spheres around them being fixed: a bed whose blocks do not
-            stand does not stand, one whose blocks do may yet fall. 0: the whole bed.
+        blocks: Number of blocks that they are in, spheres around them being fixed: what contacts cannot carry
+            in a block they cannot carry in the bed, but a bed whose blocks stand may fall. 0: the whole bed.
     """
 
     friction_least: float | None
