@@ -120,6 +120,10 @@ def test_what_algorithms_share_knows_none_of_them(place):
         ("container", ("packgen.arrange", "packgen.supply", *UPPER)),
         ("supply", ("packgen.container", "packgen.arrange", *UPPER)),
         ("arrange", ("packgen.container", "packgen.scene", "packgen.check", "packgen.measure", *UPPER)),
+        (
+            "programmes",
+            ("packgen.bed", "packgen.container", "packgen.measure", "packgen.check", *CORE, *UPPER),
+        ),
         ("measure", ("packgen.arrange", "packgen.container", "packgen.scene", *UPPER)),
         ("check", ("packgen.measure", "packgen.scene", *UPPER)),
         ("filling", ("packgen.report", "packgen.validation", "packgen.page", "packgen.cli")),
