@@ -7,7 +7,7 @@ Nothing is left where the contacts can carry all weights. What is left is unique
 
 The cones are the exact round ones. Accelerated projected gradients (Nesterov, with the restarts of O'Donoghue
 and Candes, Found. Comput. Math. 15 (2015) 715; for contacts Mazhar et al., ACM Trans. Graph. 34 (2015) 32)
-need some hundred passes over the contacts. `packgen.programmes.balance` asks the same by linear programming.
+need some hundred passes over the contacts. The tests ask the same by linear programming.
 """
 
 from __future__ import annotations

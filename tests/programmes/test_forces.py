@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from packgen.programmes.balance import weight_shares_carried
 from packgen.programmes.forces import FIXED, balance, least_friction
+from tests.programmes.balance import weight_shares_carried
 from tests.programmes.structures import make_structure, pyramid, turned, wedge
 
 DOWN = (0, 0, -1)
