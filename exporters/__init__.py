@@ -1,7 +1,7 @@
 """The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
 
 A module may also have ``check_outlook(outlook, options)``, which refuses a scene before the run, and
-``IS_DECK``; see ``exporters.protocol``.
+``IS_DECK`` and ``NEEDS``; see ``exporters.protocol``.
 
 An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
 through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
@@ -30,6 +30,7 @@ from packgen.errors import ExportError
 __all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "Outlook", "get", "names"]
 
 ENTRY_POINT_GROUP = "packgen.exporters"
+ALL_NEEDS = ("density", "materials", "walls")
 BUILTIN = MappingProxyType(
     {
         "liggghts": "exporters.liggghts",
@@ -45,6 +46,7 @@ BUILTIN = MappingProxyType(
         "kratos": "exporters.kratos",
         "geotaichi": "exporters.geotaichi",
         "chrono": "exporters.chrono",
+        "extxyz": "exporters.extxyz",
     }
 )
 
@@ -58,6 +60,7 @@ class _Complete:
     write: Callable[..., list[Path]]
     check_outlook: Callable[..., None]
     IS_DECK: bool
+    NEEDS: tuple[str, ...]
 
 
 def names() -> tuple[str, ...]:
@@ -89,7 +92,8 @@ def get(name: str) -> Exporter:
 def _completed(exporter: Any) -> Exporter:
     check = getattr(exporter, "check_outlook", _accept)
     is_deck = bool(getattr(exporter, "IS_DECK", False))
-    return cast("Exporter", _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck))
+    needs = tuple(getattr(exporter, "NEEDS", ALL_NEEDS))
+    return cast("Exporter", _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck, needs))
 
 
 def _accept(_outlook: Outlook, _options: Any) -> None:

@@ -13,6 +13,7 @@ from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "csv"
+NEEDS = ("density",)
 COLUMNS = ("id", "x", "y", "z", "radius", "density", "set", "zone", "batch")
 Options = table.NoOptions
 

@@ -13,6 +13,7 @@ from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "esys"
+NEEDS = ("walls",)
 Options = table.NoOptions
 
 
@@ -22,7 +23,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, density=False)
     bounds = " ".join(repr(each) for each in bed.container.bounds.ravel().tolist())
     periodic = " ".join(str(int(each)) for each in bed.container.periodic)
     head = (

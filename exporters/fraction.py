@@ -29,6 +29,7 @@ from packgen.bed import Bed, with_images
 from packgen.errors import ExportError
 
 NAME = "fraction"
+NEEDS = ("walls",)
 CELL_DIAMETERS = 3.0  # least size of a cell for unresolved CFD-DEM [mean diameters]
 CELLS_MAX = 50_000_000
 SHARE_ERROR = 1.0e-6  # of the spheres' volume
@@ -77,7 +78,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         ExportError: The bed is empty; the mesh cannot be read or has cells of another kind; or the mesh does
             not fit the bed: it holds no sphere, or more than there is.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, density=False)
     position, radius = with_images(bed)
     (folder / "0").mkdir(exist_ok=True)
     if options.mesh is not None:

@@ -12,6 +12,7 @@ from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "geotaichi"
+NEEDS = ("density",)
 Options = table.NoOptions
 
 

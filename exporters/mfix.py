@@ -14,6 +14,7 @@ from exporters.shared import deck, table
 from packgen.bed import Bed
 
 NAME = "mfix"
+NEEDS = ("density",)
 FILE = "particle_input.dat"  # the name that MFiX looks for
 Options = table.NoOptions
 

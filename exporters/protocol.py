@@ -54,17 +54,20 @@ class Outlook:
 
 
 class Exporter(Protocol):
-    """What a format's module offers; ``IS_DECK`` and ``check_outlook`` may be left out.
+    """What a format's module offers; ``IS_DECK``, ``NEEDS`` and ``check_outlook`` may be left out.
 
     Attributes:
         NAME: Its name on the command line.
         Options: What a user may choose, made from the keys and texts of ``--export-option``.
         IS_DECK: Whether a solver runs what is written, with the bed's materials; False where it is left out.
+        NEEDS: What it writes of a bed beside its spheres: ``density``, ``materials``, ``walls``; all three
+            where it is left out. A bed that was read from a file may lack some.
     """
 
     NAME: str
     Options: type[Any]
     IS_DECK: bool
+    NEEDS: tuple[str, ...]
 
     def check_outlook(self, outlook: Outlook, options: Any) -> None:
         """Refuse before the run what the format cannot take; where it is left out, nothing is refused.

@@ -19,6 +19,7 @@ from exporters.walls import facets as walls
 from packgen.bed import Bed
 
 NAME = "vtk"
+NEEDS: tuple[str, ...] = ()
 
 
 class Options(BaseModel):
@@ -39,12 +40,12 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, density=False)
     arrays = sphere_arrays(bed)
     each = np.arange(bed.count, dtype=np.int64)
     paths = [vtkxml.write_polydata(folder / "bed.vtp", bed.position, "Verts", each[:, None], arrays)]
-    if walls.has_wall(bed):
-        surface = bed.container.surface
+    surface = bed.container.surface
+    if walls.has_wall(bed) and len(surface.faces):
         faces = surface.faces[~walls.on_periodic_side(bed.container)]
         paths.append(vtkxml.write_polydata(folder / "wall.vtp", surface.vertices, "Polys", faces, {}))
     if options.unstructured:
@@ -57,15 +58,18 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 def sphere_arrays(bed: Bed) -> Mapping[str, NDArray[Any]]:
     """Return the arrays of the spheres by name, each of shape (N,).
 
-    ``id`` is the index in the bed plus one and ``type`` counts materials from one, as in the solvers' decks.
+    ``id`` is the index in the bed plus one and ``type`` counts materials from one, as in the solvers' decks;
+    a bed whose materials are not known has no ``type``.
     """
-    types = contact.number_types(bed, has_wall=walls.has_wall(bed))
-    return {
+    arrays: dict[str, NDArray[Any]] = {
         "radius": bed.radius,
         "diameter": 2 * bed.radius,
         "id": np.arange(1, bed.count + 1, dtype=np.int64),
-        "type": np.array(types.by_set, dtype=np.int32)[bed.set_index],
         "set": bed.set_index,
         "zone": bed.zone_index,
         "batch": bed.batch_index,
     }
+    if bed.materials:
+        types = contact.number_types(bed, has_wall=walls.has_wall(bed))
+        arrays["type"] = np.array(types.by_set, dtype=np.int32)[bed.set_index]
+    return arrays

@@ -22,11 +22,13 @@ if TYPE_CHECKING:
     from packgen.container import load_container
     from packgen.errors import PackgenError
     from packgen.filling.pack import pack
+    from packgen.reading import read_bed
     from packgen.report import build_report
     from packgen.scene import load_scene
 
 __all__ = [
     "Bed", "PackgenError", "__version__", "build_report", "check_bed", "load_container", "load_scene", "pack",
+    "read_bed",
 ]  # fmt: skip
 
 _PLACES = MappingProxyType(
@@ -38,6 +40,7 @@ _PLACES = MappingProxyType(
         "load_container": "packgen.container",
         "load_scene": "packgen.scene",
         "pack": "packgen.filling.pack",
+        "read_bed": "packgen.reading",
     }
 )
 

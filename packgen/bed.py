@@ -57,7 +57,10 @@ class Material:
 
 @dataclass(frozen=True, slots=True)
 class ParticleSet:
-    """A set of spheres with common properties: name, density [kg/m3], and the name of its material."""
+    """A set of spheres with common properties: name, density [kg/m3], and the name of its material.
+
+    Of a bed from elsewhere the density may be unknown, NaN, and the material, an empty name.
+    """
 
     name: str
     density: float
@@ -75,7 +78,8 @@ class Bed:
         zone_index: Zone that each sphere was placed for, shape (N,), int32.
         batch_index: Batch (layer) that each sphere arrived with, shape (N,), int32.
         particle_sets: The sets.
-        materials: The materials that sets and wall use, in the order of the decks' types.
+        materials: The materials that sets and wall use, in the order of the decks' types; none
+            where they are not known.
         wall_material: Name of the walls' material.
         container: The vessel.
         gravity: Acceleration of gravity [m/s2], shape (3,), float64.

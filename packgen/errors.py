@@ -28,6 +28,10 @@ class SceneError(PackgenError, ValueError):
         super().__init__("\n".join(self.problems))
 
 
+class ReadError(PackgenError, ValueError):
+    """A file of spheres that is not what it claims, or does not say what is needed; one line a fault."""
+
+
 class GeometryError(PackgenError, ValueError):
     """A container or zone surface that cannot be read or cannot hold spheres."""
 

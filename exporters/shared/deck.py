@@ -99,8 +99,13 @@ def provenance_values(bed: Bed) -> dict[str, str]:
     }
 
 
-def check_exportable(bed: Bed, solver: str) -> None:
+def check_exportable(bed: Bed, solver: str, *, density: bool = True) -> None:
     """Refuse a bed that no solver can load.
+
+    Args:
+        bed: The bed.
+        solver: What messages call the format.
+        density: Whether the format writes densities; they may be unknown else.
 
     Raises:
         ExportError: The bed is empty, a position is not finite, or a radius or density is not finite and
@@ -120,7 +125,7 @@ def check_exportable(bed: Bed, solver: str) -> None:
     problems += [
         f"density of set {each.name} is {each.density} kg/m3, expected more than 0"
         for each in bed.particle_sets
-        if not (np.isfinite(each.density) and each.density > 0)
+        if density and not (np.isfinite(each.density) and each.density > 0)
     ]
     if problems:
         raise ExportError("\n".join(f"{solver}: {problem}" for problem in problems))

@@ -43,11 +43,11 @@ def write_rows(
 ) -> Path:
     """Write columns of the same length as rows of text between a head and a foot.
 
-    Every number is the shortest text that reads back as the same float64 or integer.
+    Every number is the shortest text that reads back as the same float64 or integer; words stand as they are.
 
     Args:
         path: The file.
-        columns: One-dimensional arrays of numbers.
+        columns: One-dimensional arrays of numbers, or of words without blanks, commas, brackets and quotes.
         head: Text before the first row, with its line end.
         foot: Text after the last row, with its line end.
         separator: What stands between numbers.
@@ -58,12 +58,13 @@ def write_rows(
         for rows in _chunks(columns):
             # [[1,0.1],[2,0.2]] as JSON is the rows but for its brackets and commas.
             text = to_json(rows)[2:-2].replace(b"],[", b"\n")
+            text = text.replace(b'"', b"")
             file.write(text.replace(b",", separator.encode("ascii")) + b"\n")
         file.write(foot.encode("ascii", "replace"))
     return path
 
 
-def _chunks(columns: Sequence[NDArray[Any]]) -> Iterator[list[tuple[float, ...]]]:
+def _chunks(columns: Sequence[NDArray[Any]]) -> Iterator[list[tuple[Any, ...]]]:
     for start in range(0, len(columns[0]), ROWS_PER_CHUNK):
         part = [column[start : start + ROWS_PER_CHUNK].tolist() for column in columns]
         yield list(zip(*part, strict=True))

@@ -48,14 +48,31 @@ def load_container(scene: Scene, warn: Callable[[str], None] = lambda _: None) -
     Raises:
         GeometryError: The mesh cannot be read or bounds no volume.
     """
-    spec = scene.container
-    place = scene.mark("container")
+    return container_of(scene.container, np.asarray(scene.gravity_direction), scene.mark, warn)
+
+
+def container_of(
+    spec: ContainerSpec,
+    gravity_direction: Float64Array,
+    mark: Callable[[str], str],
+    warn: Callable[[str], None] = lambda _: None,
+) -> Container:
+    """Return the container that a specification names, as `load_container` does.
+
+    Args:
+        spec: The specification.
+        gravity_direction: Where things fall, shape (3,).
+        mark: Returns where ``container`` or a key in it stands, for messages.
+        warn: Called with a sentence for each fault of a mesh that was mended.
+
+    Raises:
+        GeometryError: The mesh cannot be read or bounds no volume.
+    """
+    place = mark("container")
     if spec.primitive is not None:
         shape, surface, volume = _primitive(spec.primitive)
     else:
-        shape, surface, volume = _mesh(
-            spec, -np.asarray(scene.gravity_direction), scene.mark("container.path"), warn
-        )
+        shape, surface, volume = _mesh(spec, -gravity_direction, mark("container.path"), warn)
     corners = surface.vertices
     bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
     if isinstance(shape, Cone | Ball):

@@ -1,0 +1,52 @@
+"""Extended XYZ: ``bed.xyz``, for OVITO, ASE and exaDEM.
+
+Reference: OVITO manual, page "XYZ file reader", and ASE, page "extxyz": the number of spheres, a line with
+``Lattice``, ``Origin``, ``pbc`` and ``Properties``, and a row a sphere. The species is the name of the
+particle set, the lattice the container's box; OVITO takes ``radius`` for the size.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from exporters.shared import deck, table
+from packgen.bed import Bed
+
+NAME = "extxyz"
+NEEDS: tuple[str, ...] = ()
+Options = table.NoOptions
+
+
+def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
+    """Write ``bed.xyz`` into an existing folder and return its path.
+
+    Raises:
+        ExportError: The bed is empty, or a number in it is not finite.
+    """
+    deck.check_exportable(bed, NAME, density=False)
+    columns = [
+        np.array([_species(each.name) for each in bed.particle_sets])[bed.set_index],
+        *bed.position.T, bed.radius, table.ids(bed), bed.set_index, bed.zone_index, bed.batch_index,
+    ]  # fmt: skip
+    properties = "species:S:1:pos:R:3:radius:R:1:id:I:1:set:I:1:zone:I:1:batch:I:1"
+    if np.isfinite(bed.density).all():
+        columns.append(bed.density)
+        properties += ":density:R:1"
+    low, high = bed.container.bounds
+    lattice = " ".join(map(repr, np.diag(high - low).ravel().tolist()))
+    origin = " ".join(map(repr, low.tolist()))
+    periodic = " ".join("T" if wraps else "F" for wraps in bed.container.periodic)
+    told = deck.provenance_values(bed)
+    head = (
+        f'{bed.count}\nLattice="{lattice}" Origin="{origin}" pbc="{periodic}" Properties={properties}'
+        f' packgen="{told["version"]}" scene="{told["scene"]}" seed="{told["seed"]}"\n'
+    )
+    return [table.write_rows(folder / "bed.xyz", columns, head=head)]
+
+
+def _species(name: str) -> str:
+    """Return a set's name as a word that no reader takes apart."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)

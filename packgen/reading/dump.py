@@ -1,0 +1,159 @@
+"""Text dumps of LIGGGHTS and LAMMPS (``dump custom``), of one step or of many.
+
+Reference: LAMMPS manual, page "dump": ``ITEM:`` lines, and a row a sphere whose columns the last of them
+names. Positions are ``x y z``, unwrapped (``xu``) or scaled by the box (``xs``, ``xsu``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.reading.faults import fault, shown
+from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, read_columns
+from packgen.reading.spheres import Cell, SphereFile, from_columns
+from packgen.reading.steps import place_of_step
+from packgen.reading.text import Text, decoded
+
+START = b"ITEM: TIMESTEP"
+KIND = "dump of LIGGGHTS or LAMMPS"
+EARLIER = "is it complete? --step N reads an earlier one"
+POSITIONS = ("{}", "{}u", "{}s", "{}su")
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """What stands before the rows of a step: its items by name, the columns, and where the rows begin."""
+
+    items: dict[str, list[str]]
+    columns: list[str]
+    start: int
+
+
+def read_dump(text: Text, step: int | None) -> SphereFile:
+    """Read a step of a dump; the last one where none is named.
+
+    Raises:
+        ReadError: It is not what a dump is, or has no radii.
+    """
+    starts = _starts(text.data)
+    steps = [_timestep(text, start) for start in starts]
+    place = place_of_step(text.path, steps, step)
+    stop = starts[place + 1] if place + 1 < len(starts) else len(text.data)
+    head = _head(text, starts[place], stop)
+    columns = _columns(text, head)
+    count = _count(text, head, starts[place])
+    if not text.data.endswith(b"\n") and stop == len(text.data):
+        raise fault(
+            text.path, "a last line without an end", "whole lines", place=text.line_at(stop), remedy=EARLIER
+        )
+    found = read_columns(text.rows(head.start, stop), columns, width=len(head.columns), count=count)
+    low, high, periodic = _box(text, head, starts[place])
+    for axis, name in enumerate("xyz"):
+        scaled = next((form for form in ("s", "su") if f"{name}{form}" in found), None)
+        for form in ("u", "s", "su"):
+            if f"{name}{form}" in found:
+                found[name] = found.pop(f"{name}{form}")
+        if scaled:
+            found[name] = low[axis] + found[name] * (high[axis] - low[axis])
+    cell = Cell(np.stack([low, high]), periodic) if any(periodic) else None
+    return from_columns(text.path, KIND, found, cell=cell)
+
+
+def _starts(data: bytes) -> list[int]:
+    starts, place = [], data.find(START)
+    while place >= 0:
+        starts.append(place)
+        place = data.find(START, place + len(START))
+    return starts
+
+
+def _timestep(text: Text, start: int) -> int | None:
+    line = decoded(text.data[start : start + 200]).split("\n")[1:2]
+    try:
+        return int(line[0])
+    except (IndexError, ValueError):
+        return None
+
+
+def _head(text: Text, start: int, stop: int) -> _Head:
+    """Return the items of a step, up to the one whose rows are its spheres."""
+    items: dict[str, list[str]] = {}
+    name, place = "", start
+    while place < stop:
+        end = text.data.find(b"\n", place, stop)
+        end = stop if end < 0 else end
+        line = decoded(text.data[place:end]).strip()
+        place = end + 1
+        if line.startswith("ITEM: ENTRIES"):
+            raise fault(
+                text.path,
+                "a dump of pairs or walls",
+                "one of spheres, ITEM: ATOMS",
+                place=text.line_at(end - 1),
+            )
+        if line.startswith("ITEM: ATOMS"):
+            return _Head(items, line.split()[2:], place)
+        if line.startswith("ITEM:"):
+            name = line.removeprefix("ITEM:").strip()
+            items[name] = []
+        elif name:
+            items[name].append(line)
+    raise fault(
+        text.path,
+        "no line ITEM: ATOMS",
+        "one that names the columns",
+        place=text.line_at(start),
+        remedy=EARLIER,
+    )
+
+
+def _columns(text: Text, head: _Head) -> list[Column]:
+    """Return the columns to read: positions in one of their forms, a size, and what else is known."""
+    names, line = head.columns, text.line_at(head.start) - 1
+    there = ", ".join(names) or "nothing"
+    form = next((each for each in POSITIONS if all(each.format(axis) in names for axis in "xyz")), None)
+    if form is None:
+        raise fault(text.path, f"the columns {there}", "x y z, xu yu zu or xs ys zs as well", place=line)
+    size = next((each for each in ("radius", "diameter") if each in names), None)
+    if size is None:
+        raise fault(
+            text.path, f"the columns {there}", "radius or diameter as well", place=line,
+            remedy="add radius to the columns of the dump command",
+        )  # fmt: skip
+    wanted = {form.format(axis): NUMBER for axis in "xyz"} | {size: SIZE}
+    wanted |= {"id": WHOLE, "type": WHOLE, "density": SIZE}
+    return [Column(name, names.index(name), rule) for name, rule in wanted.items() if name in names]
+
+
+def _count(text: Text, head: _Head, start: int) -> int:
+    value = (head.items.get("NUMBER OF ATOMS") or [""])[0]
+    if not value.isdigit() or int(value) == 0:
+        raise fault(
+            text.path,
+            f"the number of atoms {shown(value)}",
+            "a whole number above 0",
+            place=text.line_at(start),
+        )
+    return int(value)
+
+
+def _box(text: Text, head: _Head, start: int) -> tuple[Float64Array, Float64Array, tuple[bool, bool, bool]]:
+    """Return lower and upper corner of the box [m], each (3,), and along which axes it wraps around."""
+    name = next((each for each in head.items if each.startswith("BOX BOUNDS")), "")
+    line = text.line_at(start)
+    try:
+        bounds = np.array([[float(word) for word in row.split()] for row in head.items.get(name, [])])
+        if bounds.shape not in {(3, 2), (3, 3)} or not np.isfinite(bounds).all():
+            raise ValueError
+    except ValueError:
+        raise fault(
+            text.path, "box bounds that are none", "three lines of two numbers", place=line, remedy=EARLIER
+        ) from None
+    if bounds[:, 2:].any():
+        raise fault(text.path, "a box that is tilted", "one whose edges lie along x, y and z", place=line)
+    flags = [word for word in name.split()[2:] if len(word) == 2]
+    x, y, z = (flag == "pp" for flag in (flags or ["ff"] * 3))
+    return bounds[:, 0], bounds[:, 1], (x, y, z)

@@ -1,0 +1,108 @@
+"""What is known of a bed beside its spheres: by a scene, or by the provenance that packgen stored with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.bed import Material, ParticleSet
+from packgen.geometry import Container
+
+if TYPE_CHECKING:
+    from packgen.scene import Scene
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Known:
+    """What the spheres' file may not say.
+
+    Attributes:
+        source: Where it is from, for messages; empty: nothing is known.
+        particle_sets: The sets.
+        materials: The materials, in the order of the decks' types.
+        wall_material: Name of the walls' material.
+        container: The vessel.
+        gravity: Acceleration of gravity [m/s2], shape (3,).
+        tolerance: Largest overlap, as a fraction of the smaller radius.
+        provenance: Scene, seed and settings.
+    """
+
+    source: str = ""
+    particle_sets: tuple[ParticleSet, ...] = ()
+    materials: tuple[Material, ...] = ()
+    wall_material: str = ""
+    container: Container | None = None
+    gravity: Float64Array | None = None
+    tolerance: float | None = None
+    provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+def known_by_scene(scene: Scene, container: Container) -> Known:
+    """Return what a scene and its container say."""
+    return Known(
+        source=f"the scene {scene.path.name}",
+        particle_sets=tuple(
+            ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets
+        ),
+        materials=scene.materials,
+        wall_material=scene.wall_material,
+        container=container,
+        gravity=np.asarray(scene.gravity_direction, np.float64) * scene.gravity + 0.0,
+        tolerance=scene.tolerance,
+        provenance={
+            "scene": scene.path.name,
+            "seed": scene.seed,
+            "algorithm": scene.algorithm,
+            "settings": scene.model_dump(),
+        },
+    )
+
+
+def known_by_provenance(provenance: Mapping[str, Any]) -> Known:
+    """Return what ``bed.npz`` says of the run that made it; nothing where it has no settings of a scene.
+
+    Walls are known where they were a primitive; the mesh of others is not in the file.
+    """
+    settings = provenance.get("settings")
+    if not isinstance(settings, Mapping) or "particle_sets" not in settings:
+        return Known()
+    try:
+        return _known_by_settings(provenance, settings)
+    except (KeyError, TypeError, ValueError, AttributeError):  # of another version, or by somebody else
+        return Known()
+
+
+def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any]) -> Known:
+    direction = np.asarray(settings["gravity_direction"], np.float64)
+    return Known(
+        source="the file's provenance",
+        particle_sets=tuple(
+            ParticleSet(each["name"], float(each["density"]), each["material"])
+            for each in settings["particle_sets"]
+        ),
+        materials=tuple(Material(**each) for each in settings["materials"]),
+        wall_material=settings["wall_material"],
+        container=_primitive(settings["container"], direction),
+        gravity=direction * float(settings["gravity"]) + 0.0,
+        tolerance=settings["params"].get("tolerance", 1.0e-6),
+        provenance=provenance,
+    )
+
+
+def _primitive(settings: Mapping[str, Any], direction: Float64Array) -> Container | None:
+    if settings.get("path") is not None:
+        return None
+    from packgen.container.load import container_of
+    from packgen.scene.models import ContainerSpec
+
+    letters = [axis for axis, wraps in zip("xyz", settings.get("periodic", ()), strict=False) if wraps]
+    spec = ContainerSpec.model_validate(
+        {name: value for name, value in settings.items() if name not in {"units", "shape", "periodic"}}
+        | ({"periodic": letters} if letters else {})
+    )
+    return container_of(spec, direction, lambda path: path)

@@ -1,0 +1,79 @@
+"""Data files of LIGGGHTS and LAMMPS (``read_data``, ``write_data``) whose atoms have a size.
+
+Reference: LAMMPS manual, page "read_data": atom style sphere has rows ``id type diameter density x y z``, a
+hybrid of sphere (or granular) and molecular ``id type x y z diameter density molecule``; both may end with
+three image flags. The file's box is the solver's, wider than the bed, and says nothing of walls.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from packgen.reading.faults import fault
+from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, read_columns
+from packgen.reading.spheres import SphereFile, from_columns
+from packgen.reading.text import Text
+
+KIND = "data file of LIGGGHTS or LAMMPS"
+SECTION = re.compile(rb"^[ \t]*Atoms[ \t]*(#[^\n]*)?\r?$", re.MULTILINE)
+NEXT = re.compile(rb"^[ \t]*[A-Za-z]", re.MULTILINE)
+COUNT = re.compile(rb"^[ \t]*(\d+)[ \t]+atoms\b", re.MULTILINE)
+HEAD = 20_000  # bytes in which the head of a data file ends
+SPHERE = ("id", "type", "diameter", "density", "x", "y", "z")
+HYBRID = ("id", "type", "x", "y", "z", "diameter", "density", "molecule")
+IMAGE_FLAGS = 3
+RULES = {"id": WHOLE, "type": WHOLE, "molecule": WHOLE, "diameter": SIZE, "density": SIZE}
+
+
+def is_data(data: bytes) -> bool:
+    """Return whether a file has the head of a data file."""
+    return COUNT.search(data[:HEAD]) is not None
+
+
+def read_data(text: Text) -> SphereFile:
+    """Read a data file.
+
+    Raises:
+        ReadError: It is not what a data file is, or its atoms have no size.
+    """
+    announced = COUNT.search(text.data[:HEAD])
+    section = SECTION.search(text.data)
+    if announced is None or section is None:
+        raise fault(text.path, "no section Atoms", "one, with a row a sphere", remedy="is the file complete?")
+    after = NEXT.search(text.data, section.end())
+    rows = text.rows(section.end(), after.start() if after else None)
+    names = _style(text, rows, text.line_at(section.start()), (section[1] or b"").decode("ascii", "replace"))
+    columns = [Column(name, place, RULES.get(name, NUMBER)) for place, name in enumerate(names)]
+    found = read_columns(rows, columns, width=len(names), count=int(announced[1]))
+    if "molecule" in found:
+        molecule = found.pop("molecule")
+        # Molecule 0 is none: each such sphere is a body of its own.
+        loose = molecule <= 0
+        molecule[loose] = molecule.max(initial=0) + 1 + np.arange(np.count_nonzero(loose))
+        found["body"] = molecule
+    return from_columns(text.path, KIND, found)
+
+
+def _style(text: Text, rows: Rows, line: int, hint: str) -> tuple[str, ...]:
+    """Return the columns of the rows, by the style that the file names, else by how many there are."""
+    width = len(rows.first())
+    for names in (SPHERE, HYBRID):
+        fits = width in {len(names), len(names) + IMAGE_FLAGS}
+        named = hint.lstrip("# ").split()
+        if fits and (not named or (named[0] == "hybrid") == (names is HYBRID)) and _sized(named):
+            return names
+    if width == 0:
+        raise fault(text.path, "no rows", "a row a sphere", place=line, remedy="is the file complete?")
+    style = f"Atoms {hint.strip()}" if hint else "Atoms"
+    raise fault(
+        text.path,
+        f"{style} with {width} columns",
+        f"those of atom style sphere ({' '.join(SPHERE)})",
+        place=line,
+    )
+
+
+def _sized(named: list[str]) -> bool:
+    return not named or named[0] in {"sphere", "granular", "hybrid"}

@@ -1,0 +1,93 @@
+"""``bed.npz``, as packgen writes it, or any archive of numpy with ``position`` and ``radius``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from packgen.arrays import Float64Array
+from packgen.reading.faults import Faults, fault
+from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
+from packgen.reading.spheres import Groups, SphereFile
+
+INDICES = ("set_index", "zone_index", "batch_index", "body_index")
+REMEDY = "is the file complete?"
+
+
+def read_npz(path: Path) -> SphereFile:
+    """Read an archive of numpy.
+
+    Raises:
+        ReadError: It is none, or an array is missing, of another shape, or holds what no bed does.
+        OSError: The file cannot be read.
+    """
+    arrays = _load(path)
+    faults = Faults(path)
+    missing = [name for name in ("position", "radius") if name not in arrays]
+    if missing:
+        there = ", ".join(arrays) or "nothing"
+        raise fault(path, f"the arrays {there}", f"{' and '.join(missing)} as well")
+    count = len(np.atleast_1d(arrays["radius"]))
+    for name in ("position", "radius", *INDICES):
+        if name in arrays:
+            shape = (count, 3) if name == "position" else (count,)
+            _check(faults, name, arrays[name], shape)
+    faults.check()
+    if count == 0:
+        raise fault(path, "no spheres", "at least one")
+    index = {name: arrays[name].astype(np.int32, copy=False) for name in INDICES if name in arrays}
+    groups = index.pop("set_index", None)
+    return SphereFile(
+        path,
+        "numpy archive",
+        np.ascontiguousarray(arrays["position"], np.float64),
+        np.ascontiguousarray(arrays["radius"], np.float64),
+        groups=None if groups is None else Groups(groups.astype(np.int64), "set"),
+        zone_index=index.get("zone_index"),
+        batch_index=index.get("batch_index"),
+        body_index=index.get("body_index"),
+        provenance=_provenance(arrays.get("provenance")),
+    )
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        with np.load(path) as stored:
+            return {name: stored[name] for name in stored.files}
+    except OSError:
+        raise
+    except Exception as error:  # zip, zlib, numpy and pickle have errors of their own
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise fault(path, f"no archive of numpy ({reason})", "a bed.npz", remedy=REMEDY) from error
+
+
+def _check(faults: Faults, name: str, values: Any, shape: tuple[int, ...]) -> None:
+    """Note an array of another shape or kind, or each of its values that no bed has."""
+    whole = name in INDICES
+    if values.shape != shape:
+        faults.add(f"shape {values.shape}", str(shape), place=name)
+        return
+    if values.dtype.kind not in ("iu" if whole else "iuf"):
+        faults.add(f"numbers of type {values.dtype}", "int32" if whole else "float64", place=name)
+        return
+    rule = SIZE if name == "radius" else WHOLE if whole else NUMBER
+    flat: Float64Array = values if values.dtype == np.float64 else values.astype(np.float64)
+    sound = RULES[rule](flat)
+    if whole:
+        sound &= (values >= 0) & (values < 2**31)
+        rule = f"{WHOLE} from 0 on"
+    for place in np.argwhere(~sound).tolist():
+        faults.add(f"{values[tuple(place)]}", rule, place=f"{name}[{', '.join(map(str, place))}]")
+
+
+def _provenance(stored: Any) -> Mapping[str, Any]:
+    """Return the provenance that is stored as JSON text; nothing where there is none of that form."""
+    try:
+        found = json.loads(str(stored)) if stored is not None else {}
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,124 @@
+"""Tables in text: csv with named columns, rows ``x y z r``, and what YADE and Chrono write.
+
+The names of the columns stand in the first row, or in a comment above it (YADE's ``#format x_y_z_r_matId``).
+Without names the columns are x, y, z, radius and, where there is a fifth, the number of the set.
+"""
+
+from __future__ import annotations
+
+import re
+from types import MappingProxyType
+
+from packgen.reading.faults import fault, shown
+from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, read_columns
+from packgen.reading.spheres import SphereFile, from_columns
+from packgen.reading.text import Text, decoded
+
+KIND = "table of text"
+SEPARATORS = (";", ",", "\t")
+PLAIN = ("x", "y", "z", "radius", "set")
+ALIASES = MappingProxyType(
+    {
+        "x": ("x", "p_x", "pos_x", "position_x", "points:0"),
+        "y": ("y", "p_y", "pos_y", "position_y", "points:1"),
+        "z": ("z", "p_z", "pos_z", "position_z", "points:2"),
+        "radius": ("radius", "r", "rad", "radii"),
+        "diameter": ("diameter", "diameters", "d"),
+        "id": ("id",),
+        "set": ("set", "matid", "material", "family", "phase", "phase_id", "tag"),
+        "type": ("type",),
+        "density": ("density", "rho"),
+        "zone": ("zone",),
+        "batch": ("batch",),
+        "body": ("body", "body_index", "clumpid", "molecule"),
+    }
+)
+RULES = {"radius": SIZE, "diameter": SIZE, "density": SIZE} | dict.fromkeys(
+    ("id", "set", "type", "zone", "batch", "body"), WHOLE
+)
+UNITS = re.compile(r"\s*[\[(].*[\])]$")
+
+
+def read_table(text: Text) -> SphereFile:
+    """Read a table of numbers.
+
+    Raises:
+        ReadError: It has no columns x, y, z and radius or diameter, or a row that is none.
+    """
+    start, comment, first = _first_row(text)
+    separator = next((each for each in SEPARATORS if each in first), None)
+    rows = text.rows(start, separator=separator)
+    cells = rows.cells(first)
+    names = _names_in_comment(comment, len(cells))
+    if not names and not all(map(_is_number, cells)):
+        names = [_regular(each) for each in cells]
+        end = text.data.find(b"\n", start)
+        rows = text.rows(len(text.data) if end < 0 else end + 1, separator=separator)
+        cells = rows.first()
+    line = text.line_at(start)
+    if not names:
+        if len(cells) not in (4, 5):
+            raise fault(
+                text.path, f"{len(cells)} columns without names",
+                "x y z radius, or the names in the first line", place=line,
+            )  # fmt: skip
+        names = list(PLAIN[: len(cells)])
+    columns = _columns(text, names, line)
+    found = read_columns(rows, columns, width=len(names))
+    return from_columns(text.path, KIND, found)
+
+
+def _first_row(text: Text) -> tuple[int, str, str]:
+    """Return where the first row starts, the last comment before it, and the row."""
+    place, comment = 0, ""
+    while place < len(text.data):
+        end = text.data.find(b"\n", place)
+        end = len(text.data) if end < 0 else end
+        line = decoded(text.data[place:end]).strip()
+        if line and not line.startswith("#"):
+            return place, comment, line
+        comment = line or comment
+        place = end + 1
+    raise fault(text.path, "nothing but comments", "a row a sphere")
+
+
+def _names_in_comment(comment: str, width: int) -> list[str]:
+    """Return the names of so many columns in a comment; none where it is of something else."""
+    words = comment.lstrip("#").strip().removeprefix("format").strip()
+    for between in (r"[\s,;]+", r"[\s,;_]+"):  # YADE's stand between underscores
+        names = [_regular(each) for each in re.split(between, words)]
+        if len(names) == width and {"x", "y", "z"} <= set(names):
+            return names
+    return []
+
+
+def _regular(name: str) -> str:
+    """Return the name that we have for a column, else its own in lower case."""
+    plain = UNITS.sub("", name.strip().strip("\"'").lower())
+    return next((regular for regular, others in ALIASES.items() if plain in others), plain)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _columns(text: Text, names: list[str], line: int) -> list[Column]:
+    there = ", ".join(shown(each)[1:-1] for each in names[:20])
+    missing = [each for each in "xyz" if each not in names]
+    if not {"radius", "diameter"} & set(names):
+        missing.append("radius or diameter")
+    if missing:
+        raise fault(text.path, f"the columns {there}", f"{', '.join(missing)} as well", place=line)
+    twice = next((each for each in ALIASES if names.count(each) > 1), None)
+    if twice:
+        raise fault(text.path, f"two columns for {twice}", "one", place=line, remedy="rename or remove one")
+    left_out = "diameter" if "radius" in names else ""
+    return [
+        Column(name, names.index(name), RULES.get(name, NUMBER))
+        for name in ALIASES
+        if name in names and name != left_out
+    ]
