@@ -44,8 +44,8 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     arrays = sphere_arrays(bed)
     each = np.arange(bed.count, dtype=np.int64)
     paths = [vtkxml.write_polydata(folder / "bed.vtp", bed.position, "Verts", each[:, None], arrays)]
-    surface = bed.container.surface
-    if walls.has_wall(bed) and len(surface.faces):
+    if walls.has_wall(bed) and bed.container.walls_known:
+        surface = bed.container.surface
         faces = surface.faces[~walls.on_periodic_side(bed.container)]
         paths.append(vtkxml.write_polydata(folder / "wall.vtp", surface.vertices, "Polys", faces, {}))
     if options.unstructured:

@@ -31,6 +31,7 @@ __all__ = [
     "Surface", "is_askew", "with_images",
 ]  # fmt: skip
 
+UNKNOWN = "not known"  # what the provenance of a bed from elsewhere says of its walls
 SHARE_ROUNDING = 1.0e-12  # component of a unit vector along an axis; a smaller one is rounding
 
 

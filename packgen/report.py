@@ -10,8 +10,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
+import numpy as np
+
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import UNKNOWN, Bed
 from packgen.bedfile import plain
 from packgen.check import Check, check_bed, wall_clearance
 from packgen.cores import free_cores
@@ -86,13 +88,13 @@ class SetTotal:
         name: Its name.
         count: Number of its spheres.
         volume: Their solid volume [m3].
-        mass: Their mass [kg].
+        mass: Their mass [kg]; None where their density is not known.
     """
 
     name: str
     count: int
     volume: float
-    mass: float
+    mass: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +119,7 @@ class Measures:
         pair_correlation: g(r) of the core; None where the bed has no room for one.
         order: Shares of the spheres that sit in a crystal.
         step_zero: The largest forces that a solver will find before anything moves, by geometry alone; None
-            without gravity.
+            without gravity, or where materials or densities are not known.
         stands_at_friction: Whether the contacts can carry the bed's weight, and from what friction on; None
             of a bed that rests on nothing, and of spheres joined to bodies.
     """
@@ -199,13 +201,14 @@ class Report(Measures):
         packing = self.close_packing
         beside = f", {packing.reached:.2f} of its random close packing" if packing else ""
         by_core = solid.core is not None
+        walls = self.settings.get("walls") != UNKNOWN
         rows = [
             ("spheres", f"{self.sphere_count:,}{wanted}"),
-            ("mass", f"{sum(each.mass for each in self.sets):,.6g} kg"),
+            ("mass", _mass_text(self.sets)),
             ("solid fraction, filled volume", f"{solid.filled:.4f}{'' if by_core else beside}"),
             ("solid fraction, core", f"{solid.core:.4f}{beside}" if by_core else solid.core_rule),
             ("largest overlap", f"{check.overlap_max:.3g} r (tolerance {tolerance})"),
-            ("largest overlap with a wall", f"{check.wall_overlap_max:.3g} r"),
+            ("largest overlap with a wall", f"{check.wall_overlap_max:.3g} r" if walls else UNKNOWN),
         ]
         if self.contacts:
             gaps = " / ".join(f"{entry.gap:.1%}".replace(".0%", "%") for entry in self.contacts)
@@ -354,7 +357,11 @@ def measure_bed(
 
 def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:
     """Return the predicted forces; where the check found no overlap at all, a second search finds none."""
-    if not bed.gravity.any():
+    if (
+        not bed.gravity.any()
+        or not bed.materials
+        or any(np.isnan(each.density) for each in bed.particle_sets)
+    ):
         return None
     if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
         return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)
@@ -391,5 +398,12 @@ def _totals(bed: Bed) -> tuple[SetTotal, ...]:
     for index, each in enumerate(bed.particle_sets):
         chosen = bed.set_index == index
         solid = float(volume[chosen].sum())
-        totals.append(SetTotal(each.name, int(chosen.sum()), solid, solid * each.density))
+        mass = None if np.isnan(each.density) else solid * each.density
+        totals.append(SetTotal(each.name, int(chosen.sum()), solid, mass))
     return tuple(totals)
+
+
+def _mass_text(sets: Sequence[SetTotal]) -> str:
+    """Return the mass of all sets as text."""
+    masses = [each.mass for each in sets if each.mass is not None]
+    return f"{sum(masses):,.6g} kg" if len(masses) == len(sets) else UNKNOWN

@@ -21,7 +21,8 @@ from packgen.resultfolder import DISK_FULL
 from packgen.stopping import close, stop_seen, stoppable
 from packgen.version import __version__
 
-COMMANDS = ("report", "compare")
+PAGES = ("report", "compare")
+FILES = ("measure", "convert")
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -29,6 +30,8 @@ DESCRIPTION = (
 EPILOG = """other commands:
   packgen report DIR        make the report of a result folder again
   packgen compare DIR ...   put result folders side by side
+  packgen measure FILE      check and measure a bed from a file of any format
+  packgen convert FILE      write a bed from a file in other formats
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
@@ -92,7 +95,11 @@ def _reason(error: Exception, claim: str) -> str:
 
 def _dispatch(arguments: list[str], ending: Ending) -> int:
     refuse_unreadable(arguments)
-    if arguments and arguments[0] in COMMANDS:
+    if arguments and arguments[0] in FILES:
+        from packgen.cli.judge import run_file_command
+
+        return run_file_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] in PAGES:
         from packgen.cli.pages import run_page_command
 
         return run_page_command(arguments[0], arguments[1:], ending)

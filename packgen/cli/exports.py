@@ -14,6 +14,7 @@ from packgen.stopping import stop_seen
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from exporters import Exporter, Outlook
+    from exporters.protocol import Place
     from packgen.bed import Bed
     from packgen.geometry import Container
     from packgen.scene import Scene
@@ -107,6 +108,31 @@ def outlook_of(scene: Scene, container: Container) -> Outlook:
         radius_min=min(low for low, _ in bounds),
         radius_max=max(high for _, high in bounds),
         place=scene.marked.place,
+    )
+
+
+def outlook_of_bed(bed: Bed, place: Place) -> Outlook:
+    """Return what exporters are told of a bed that is there already.
+
+    Args:
+        bed: The bed.
+        place: Returns where a value of the scene, or of what stands for it, is.
+    """
+    import numpy as np
+
+    from exporters import Outlook
+
+    used = {bed.particle_sets[index].material for index in np.unique(bed.set_index)}
+    if not all(bed.container.periodic):
+        used.add(bed.wall_material)
+    return Outlook(
+        container=bed.container,
+        gravity=bed.gravity,
+        particle_sets=bed.particle_sets,
+        materials=tuple(each for each in bed.materials if each.name in used),
+        radius_min=float(bed.radius.min()),
+        radius_max=float(bed.radius.max()),
+        place=place,
     )
 
 

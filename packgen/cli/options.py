@@ -54,10 +54,10 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
     """Return what the parser of ``packgen SCENE`` has read."""
     return RunOptions(
         scene=parsed.scene,
-        export=_names(parsed.export),
+        export=names_in(parsed.export),
         output=parsed.output,
         validate=parsed.validate,
-        solver=_names(parsed.solver),
+        solver=names_in(parsed.solver),
         seed=parsed.seed,
         threads=parsed.threads,
         device=parsed.device,
@@ -70,6 +70,6 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
     )
 
 
-def _names(given: Sequence[str]) -> tuple[str, ...]:
+def names_in(given: Sequence[str]) -> tuple[str, ...]:
     """Return names from repeated options and comma lists, each once."""
     return tuple(dict.fromkeys(name.strip() for each in given for name in each.split(",") if name.strip()))

@@ -44,7 +44,7 @@ def make_plan(options: RunOptions) -> Plan:
     from packgen.scene import load_scene
 
     solvers = _solvers(options.solver, validate=options.validate)
-    formats = _formats((*options.export, *solvers), options.export_option, options.templates)
+    formats = find_formats((*options.export, *solvers), options.export_option, options.templates)
     if options.templates is not None and not options.templates.is_dir():
         raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
     scene = load_scene(options.scene)
@@ -68,7 +68,17 @@ def _solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:
     return solvers
 
 
-def _formats(names: tuple[str, ...], given: tuple[str, ...], templates: Path | None) -> dict[str, Format]:
+def find_formats(names: tuple[str, ...], given: tuple[str, ...], templates: Path | None) -> dict[str, Format]:
+    """Return exporters and their options by name.
+
+    Args:
+        names: Names of the formats.
+        given: Options, each ``NAME.KEY=VALUE``.
+        templates: Folder whose templates replace packgen's own; None: none does.
+
+    Raises:
+        ExportError: A name or an option is wrong.
+    """
     import exporters
 
     chosen = {name: exporters.get(name) for name in dict.fromkeys(names)}

@@ -91,7 +91,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         with held():
             folder.commit()
             ending.done(code, f"the bed is in {folder.target}")
-    _conclude(report, verdict, folder, quiet=options.quiet)
+    conclude(report, folder, verdict=verdict, quiet=options.quiet)
     return code
 
 
@@ -104,7 +104,7 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
     from packgen.container import load_container
 
     mended: list[str] = []
-    with watch.stage("container"), _explained(mended):
+    with watch.stage("container"), explained(mended):
         container = load_container(plan.scene, mended.append)
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
@@ -113,17 +113,18 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
 
 
 @contextmanager
-def _explained(warnings: Sequence[str]) -> Iterator[None]:
+def explained(warnings: Sequence[str]) -> Iterator[None]:
     """Show warnings before an error that ends the code inside: a repair may well be the cause."""
     try:
         yield
     except PackgenError:
         for line in warnings:
-            _warn(line)
+            warn(line)
         raise
 
 
-def _warn(line: str) -> None:
+def warn(line: str) -> None:
+    """Show a warning."""
     say(f"packgen: warning: {line}", sys.stderr)
 
 
@@ -134,7 +135,7 @@ def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) 
     with (
         watch.stage("arrange"),
         show_progress(sys.stderr, quiet=options.quiet) as listener,
-        _explained(vessel.mended),
+        explained(vessel.mended),
     ):
         return pack(
             scene,
@@ -142,7 +143,7 @@ def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) 
             on_progress=listener,
             threads=options.threads,
             device=options.device,
-            warn=_warn,
+            warn=warn,
             for_solver=vessel.for_solver,
         )
 
@@ -217,7 +218,7 @@ def _composer(found: _Findings, watch: Stopwatch) -> Compose:
     return compose
 
 
-def _conclude(report: Report, verdict: Verdict | None, folder: ResultFolder, *, quiet: bool) -> None:
+def conclude(report: Report, folder: ResultFolder, *, verdict: Verdict | None = None, quiet: bool) -> None:
     """Say what was reached, and last what was not."""
     if not quiet:
         say(table(report.rows()), sys.stdout)
@@ -227,7 +228,7 @@ def _conclude(report: Report, verdict: Verdict | None, folder: ResultFolder, *, 
     for line in folder.notes:
         say(f"packgen: {line}", sys.stderr)
     for line in report.warnings:
-        _warn(line)
+        warn(line)
     for line in report.missed:
         say(f"packgen: missed: {line}", sys.stderr)
     if folder.unvalidated:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,6 +88,29 @@ def container_of(
         else type(spec.primitive).__name__.removesuffix("Spec").lower()
     )
     return Container(name, shape, surface, bounds, volume, spec.periodic)
+
+
+def mesh_container(
+    path: Path, units: str, place: str, warn: Callable[[str], None] = lambda _: None
+) -> Container:
+    """Return the container of a mesh file that no scene names; what is open is open towards z.
+
+    Args:
+        path: The file.
+        units: Unit of its coordinates, a key of `packgen.units.LENGTHS`.
+        place: Where the file is named, for messages.
+        warn: Called with a sentence for each fault of the mesh that was mended.
+
+    Raises:
+        GeometryError: The mesh cannot be read or bounds no volume.
+    """
+    from packgen.scene.models import ContainerSpec
+
+    try:
+        spec = ContainerSpec.model_validate({"path": str(path), "units": units})
+    except ValueError as error:
+        raise GeometryError(f"{place}: found {path}, expected a mesh file that can be read") from error
+    return container_of(spec, np.array([0.0, 0.0, -1.0]), lambda _: place, warn)
 
 
 def load_location(

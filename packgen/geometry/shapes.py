@@ -139,6 +139,8 @@ class Container:
         bounds: Lower and upper corner of its bounding box [m], shape (2, 3), float64.
         volume: Enclosed volume [m3]; of an open-topped mesh, up to its rim.
         periodic: Whether the box wraps around along x, y, z.
+        walls_known: Whether these are the walls of the vessel. Nobody may know those of a bed from elsewhere:
+            the box around its spheres stands for them.
     """
 
     name: str
@@ -147,6 +149,7 @@ class Container:
     bounds: Float64Array
     volume: float
     periodic: tuple[bool, bool, bool] = (False, False, False)
+    walls_known: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", read_only(self.bounds, np.float64, (2, 3), "bounds"))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+from packgen.bed import UNKNOWN
 from packgen.validation.results import GravityRun, Limits, SolverReport, StepZero
 
 
@@ -39,21 +40,19 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
     """
     asked = [zone["asked"] for zone in report["zones"]]
     known = bool(asked) and None not in asked
+    walls = report["settings"].get("walls") != UNKNOWN
     complete = all(zone["asked"] is None or zone["placed"] >= zone["asked"] for zone in report["zones"])
     overlap, solid = report["overlap"], report["solid_fraction"]
     limit = overlap["tolerance"]
     figures = [
         Figure(
-            "Spheres", f"{report['sphere_count']:,}", f"{sum(asked):,}" if known else "until full",
-            _verdict(complete), "sphere_count", report["sphere_count"],
+            "Spheres", f"{report['sphere_count']:,}",
+            f"{sum(asked):,}" if known else "until full" if asked else "",
+            _verdict(complete) if asked else "", "sphere_count", report["sphere_count"],
         ),
         _bounded("Largest overlap of two spheres", overlap, "overlap_max", limit),
-        _bounded("Largest overlap with a wall", overlap, "wall_overlap_max", limit),
-        Figure(
-            "Spheres outside the container", f"{overlap['outside_count']:,}", "0",
-            _verdict(overlap["outside_count"] == 0), "overlap.outside_count", overlap["outside_count"],
-        ),
-        Figure("Mass", mass_text(sum(each["mass"] for each in report["sets"]))),
+        *(_of_walls(overlap, limit) if walls else [Figure("Walls", UNKNOWN, verdict="not judged")]),
+        Figure("Mass", mass_text(_total([each["mass"] for each in report["sets"]]))),
         Figure(
             "Solid fraction, filled volume", f"{solid['filled']:.4f}",
             key="solid_fraction.filled", exact=solid["filled"],
@@ -148,8 +147,27 @@ def _bounded(label: str, overlap: Mapping[str, Any], name: str, limit: float | N
     return Figure(label, f"{value:.3g} r", asked, verdict, f"overlap.{name}", value)
 
 
-def mass_text(mass: float) -> str:
+def _of_walls(overlap: Mapping[str, Any], limit: float | None) -> list[Figure]:
+    """Return the figures that only a bed in known walls has."""
+    return [
+        _bounded("Largest overlap with a wall", overlap, "wall_overlap_max", limit),
+        Figure(
+            "Spheres outside the container", f"{overlap['outside_count']:,}", "0",
+            _verdict(overlap["outside_count"] == 0), "overlap.outside_count", overlap["outside_count"],
+        ),
+    ]  # fmt: skip
+
+
+def _total(masses: Sequence[float | None]) -> float | None:
+    """Return the sum of masses [kg]; None where one is not known."""
+    known = [each for each in masses if each is not None]
+    return sum(known) if len(known) == len(masses) else None
+
+
+def mass_text(mass: float | None) -> str:
     """Return a mass [kg] as text."""
+    if mass is None:
+        return UNKNOWN
     return f"{mass:,.0f} kg" if mass >= 1e5 else f"{mass:.6g} kg"
 
 

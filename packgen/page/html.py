@@ -84,6 +84,8 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("Scene", str(settings.get("scene", "not known"))),
         ("Seed", str(settings.get("seed", "not known"))),
     ]
+    if "read_from" in settings:
+        rows.append(("Read from", f"{settings['read_from']}, {settings.get('format', '')}"))
     optimizer = inner.get("params", {}).get("optimizer")
     if optimizer:
         rows.append(("Algorithm", f"{settings.get('algorithm', '')}, optimiser {optimizer}"))

@@ -6,12 +6,10 @@ density, materials and walls that are not in it are left open, or come from a sc
 
 from __future__ import annotations
 
-from packgen.reading.bed import bed_of, has_known_walls, read_bed, unknowns
-from packgen.reading.detect import read_spheres
-from packgen.reading.known import Known, known_by_provenance, known_by_scene
+from packgen.reading.bed import complete_bed, read_bed, refuse_unknown, unknowns
+from packgen.reading.detect import read_spheres, refuse_no_file
 from packgen.reading.spheres import SphereFile
 
 __all__ = [
-    "Known", "SphereFile", "bed_of", "has_known_walls", "known_by_provenance", "known_by_scene", "read_bed",
-    "read_spheres", "unknowns",
+    "SphereFile", "complete_bed", "read_bed", "read_spheres", "refuse_no_file", "refuse_unknown", "unknowns",
 ]  # fmt: skip

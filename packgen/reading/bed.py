@@ -1,7 +1,7 @@
 """A bed from the spheres of a file, and from what is known besides; what is not known is left open.
 
-A density that is not known is NaN, materials that are not known are missing, walls that are not known have no
-surface: `unknowns` names what of that a use would need.
+A density that is not known is NaN, materials that are not known are missing, and the box around the spheres
+stands for walls that are not known: `unknowns` names what of that a use would need.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import UNKNOWN, Bed
 from packgen.errors import ReadError
-from packgen.geometry import Box, Container, Surface
+from packgen.geometry import Box, Container
 from packgen.reading.detect import read_spheres
 from packgen.reading.known import Known, known_by_provenance, known_by_scene
+from packgen.reading.plausible import refuse_other_units, size_remark
 from packgen.reading.sets import sets_of, with_densities
 from packgen.reading.spheres import SphereFile
 from packgen.version import __version__
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 GRAVITY = (0.0, 0.0, -9.81)
 TOLERANCE = 1.0e-6
 DENSITY, MATERIALS, WALLS = "density", "materials", "walls"
-NO_WALLS = "spheres"  # name of the box around spheres whose walls are not known
 
 
 def _ignore(_line: str) -> None:
@@ -43,14 +43,14 @@ def read_bed(
     scene: Scene | None = None,
     density: float | Mapping[str, float] | None = None,
     step: int | None = None,
-    units: str = "m",
+    units: str | None = None,
     warn: Callable[[str], None] = _ignore,
 ) -> Bed:
     """Read a bed from a file of any format that packgen reads.
 
     What neither file nor arguments say is left open: densities are NaN, there are no materials, and the
-    container is the box around the spheres, without a surface. Nothing is made up; exporters refuse a bed
-    that lacks what they write.
+    container is the box around the spheres, with ``walls_known`` false. Nothing is made up in silence:
+    `unknowns` names what is not known.
 
     Args:
         path: The file.
@@ -58,7 +58,8 @@ def read_bed(
         scene: Says sets, densities, materials, walls and gravity.
         density: Density of all spheres whose density is not known [kg/m3], or densities by name of the set.
         step: Which step of a dump, or of an XYZ file; None: the last one.
-        units: Unit of the file's lengths: m, cm, mm, um, in or ft.
+        units: Unit of the file's lengths: m, cm, mm, um, in or ft; None: metres, unless they look like
+            another unit, which is refused.
         warn: Called with a line for each thing that looks wrong.
 
     Returns:
@@ -68,37 +69,51 @@ def read_bed(
         ReadError: The file is not what it claims, or does not fit the scene; a line a fault.
     """
     spheres = read_spheres(Path(path), step=step, units=units)
+    given = density if isinstance(density, Mapping) else {} if density is None else {"": density}
+    return complete_bed(spheres, container, scene=scene, density=given, units=units, warn=warn)
+
+
+def complete_bed(
+    spheres: SphereFile,
+    container: Container | None = None,
+    *,
+    scene: Scene | None = None,
+    density: Mapping[str, float] = MappingProxyType({}),
+    units: str | None = None,
+    warn: Callable[[str], None] = _ignore,
+) -> Bed:
+    """Return the bed of spheres that have been read, as `read_bed` does.
+
+    Args:
+        spheres: The spheres.
+        container: The vessel; None: the scene's, else the one that the file knows.
+        scene: Says sets, densities, materials, walls and gravity.
+        density: Densities [kg/m3] by name of the set; "" stands for all that are not known.
+        units: Unit in which the spheres were read; None: metres, unless they look like another unit.
+        warn: Called with a line for each thing that looks wrong.
+
+    Raises:
+        ReadError: The spheres do not fit scene or container; a line a fault.
+    """
     if scene is None:
         known = known_by_provenance(spheres.provenance)
     else:
         from packgen.container import load_container
 
         known = known_by_scene(scene, container or load_container(scene, warn))
-    given = density if isinstance(density, Mapping) else {} if density is None else {"": density}
-    return bed_of(spheres, known, container, density=given, warn=warn)
-
-
-def bed_of(
-    spheres: SphereFile,
-    known: Known,
-    container: Container | None = None,
-    *,
-    density: Mapping[str, float] = MappingProxyType({}),
-    warn: Callable[[str], None] = _ignore,
-) -> Bed:
-    """Return the bed of a file's spheres.
-
-    Args:
-        spheres: The spheres.
-        known: What is known of the bed.
-        container: The vessel, where it is not the known one.
-        density: Densities [kg/m3] by name of the set; "" stands for all that are not known.
-        warn: Called with a line for each thing that looks wrong.
-
-    Raises:
-        ReadError: File and scene do not fit.
-    """
-    vessel = container or known.container or _own_container(spheres)
+    vessel = container or known.container
+    if units is None:
+        refuse_other_units(spheres, vessel)
+        remark = size_remark(spheres) if vessel is None else None
+        if remark is not None:
+            warn(remark)
+    if vessel is None:
+        vessel = _own_container(spheres)
+        if not vessel.walls_known:
+            warn(
+                f"{spheres.path}: walls are not in the file: figures are of the box around the spheres; "
+                "--scene or --container says otherwise"
+            )
     sets, set_index = sets_of(spheres, known, walls=not all(vessel.periodic), warn=warn)
     if known.gravity is None:
         warn(f"{spheres.path}: gravity is not in the file: -z is taken for down; --scene says otherwise")
@@ -110,7 +125,7 @@ def bed_of(
         with_densities(sets, density), known.materials, known.wall_material, vessel,
         np.array(GRAVITY) if known.gravity is None else known.gravity,
         TOLERANCE if not known.source else known.tolerance,
-        _provenance(spheres, known),
+        _provenance(spheres, known, walls_known=vessel.walls_known),
         spheres.body_index,
     )  # fmt: skip
 
@@ -134,14 +149,9 @@ def unknowns(bed: Bed, needs: Iterable[str]) -> list[str]:
             "materials (Young's modulus, Poisson's ratio, restitution, friction) are not in the file: "
             "give --scene"
         )
-    if WALLS in needed and not has_known_walls(bed.container):
+    if WALLS in needed and not bed.container.walls_known:
         lines.append("walls are not in the file: give --scene, or --container")
     return lines
-
-
-def has_known_walls(container: Container) -> bool:
-    """Return whether the walls of a container are known, or it is known to have none."""
-    return len(container.surface.faces) > 0 or all(container.periodic)
 
 
 def _own_container(spheres: SphereFile) -> Container:
@@ -153,9 +163,13 @@ def _own_container(spheres: SphereFile) -> Container:
         periodic = spheres.cell.periodic
         wraps = np.array(periodic)
         low[wraps], high[wraps] = spheres.cell.bounds[:, wraps]
-    surface = Surface(np.stack([low, high]), np.zeros((0, 3), np.int64))
-    bounds = np.stack([low, high])
-    return Container(NO_WALLS, Box(low, high), surface, bounds, float(np.prod(high - low)), periodic)
+    from packgen.container.primitives import box_surface
+
+    box = Box(low, high)
+    volume = float(np.prod(high - low))
+    return Container(
+        "box", box, box_surface(box), np.stack([low, high]), volume, periodic, walls_known=all(periodic)
+    )
 
 
 def _wrapped(position: Float64Array, container: Container) -> Float64Array:
@@ -172,17 +186,18 @@ def _wrapped(position: Float64Array, container: Container) -> Float64Array:
     return wrapped
 
 
-def _provenance(spheres: SphereFile, known: Known) -> dict[str, Any]:
+def _provenance(spheres: SphereFile, known: Known, *, walls_known: bool) -> dict[str, Any]:
     said = {"packgen": __version__, "scene": "none", "seed": "none", **known.provenance}
-    return said | {"read_from": spheres.path.name, "format": spheres.format}
+    walls = {} if walls_known else {"walls": UNKNOWN}
+    return said | {"read_from": spheres.path.name, "format": spheres.format} | walls
 
 
-def refuse_unknown(path: Path, lines: Iterable[str]) -> None:
-    """Raise what is not known and needed, a line each.
+def refuse_unknown(path: Path, bed: Bed, needs: Iterable[str]) -> None:
+    """Refuse a bed that lacks something that is needed; see `unknowns`.
 
     Raises:
-        ReadError: There is something.
+        ReadError: It does; a line for each thing.
     """
-    found = [f"{path}: {line}" for line in lines]
-    if found:
-        raise ReadError("\n".join(found))
+    lines = [f"{path}: {line}" for line in unknowns(bed, needs)]
+    if lines:
+        raise ReadError("\n".join(lines))

@@ -16,13 +16,14 @@ from packgen.units import LENGTHS
 VTK_SUFFIXES = (".vtp", ".vtu", ".vtk")
 
 
-def read_spheres(path: Path, *, step: int | None = None, units: str = "m") -> SphereFile:
+def read_spheres(path: Path, *, step: int | None = None, units: str | None = None) -> SphereFile:
     """Read the spheres of a file: ``bed.npz``, csv and text, LIGGGHTS, LAMMPS, YADE, VTK, XYZ, MFiX.
 
     Args:
         path: The file.
         step: Which step of a dump, or of an XYZ file; None: the last one.
-        units: Unit of its lengths, a key of `packgen.units.LENGTHS`; densities are in kg/m3 all the same.
+        units: Unit of its lengths, a key of `packgen.units.LENGTHS`; None: metres. Densities are in kg/m3 all
+            the same.
 
     Returns:
         What the file says; lengths in metres.
@@ -30,17 +31,28 @@ def read_spheres(path: Path, *, step: int | None = None, units: str = "m") -> Sp
     Raises:
         ReadError: The file cannot be read, or is not what it claims; a line a fault.
     """
-    if path.is_dir():
-        inside = path / "bed.npz"
-        remedy = f"name a file in it, such as {inside}" if inside.exists() else "name a file in it"
-        raise fault(path, "a directory", "a file of spheres", remedy=remedy)
+    refuse_no_file(path)
     try:
-        return _read(path, step).scaled(LENGTHS[units])
+        return _read(path, step).scaled(LENGTHS[units or "m"])
     except OSError as error:
         reason = error.strerror or str(error)
         raise ReadError(f"{path}: cannot be read: {reason}; expected a file of spheres") from error
     except MemoryError as error:
         raise ReadError(f"{path}: needs more memory than there is") from error
+
+
+def refuse_no_file(path: Path) -> None:
+    """Refuse a path at which there is no file.
+
+    Raises:
+        ReadError: There is nothing, or a directory.
+    """
+    if path.is_dir():
+        inside = path / "bed.npz"
+        remedy = f"name a file in it, such as {inside}" if inside.exists() else "name a file in it"
+        raise fault(path, "a directory", "a file of spheres", remedy=remedy)
+    if not path.exists():
+        raise fault(path, "no such file", "a file of spheres")
 
 
 def _read(path: Path, step: int | None) -> SphereFile:

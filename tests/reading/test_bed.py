@@ -47,8 +47,8 @@ def test_what_a_file_does_not_say_is_left_open(tmp_path):
     assert check_bed(bed).overlap_max == 0.0
     assert [line.partition(" ")[0] for line in unknowns(bed, ALL)] == ["density", "materials", "walls"]
     assert unknowns(bed, ()) == []
-    (line,) = said
-    assert "gravity is not in the file: -z is taken for down" in line
+    assert ["walls are not in the file: figures are" in line for line in said] == [True, False]
+    assert "gravity is not in the file: -z is taken for down" in said[1]
 
 
 def test_densities_are_given_for_all_sets_or_by_name(tmp_path):
@@ -72,7 +72,7 @@ def test_types_and_densities_make_the_sets_where_no_scene_does(tmp_path):
 
 
 def test_too_many_kinds_of_spheres_are_refused(tmp_path):
-    rows = "".join(f"0 0 0 1 {each}\n" for each in range(2000))
+    rows = "".join(f"0 0 {2 * each} 1 {each}\n" for each in range(2000))
     with pytest.raises(ReadError, match=r"found 2,000 sets or types .* expected at most 1,000 kinds"):
         read_bed(text_file(tmp_path, rows))
 

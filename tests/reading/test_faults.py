@@ -176,7 +176,7 @@ def test_directories_and_files_that_are_not_there_are_refused(tmp_path):
     with pytest.raises(ReadError, match=r"name a file in it, such as .*bed\.npz"):
         read_spheres(tmp_path)
     for name in ("gone.csv", "gone.npz", "gone.vtp"):
-        with pytest.raises(ReadError, match=rf"{name}: cannot be read: No such file"):
+        with pytest.raises(ReadError, match=rf"{name}: found no such file, expected a file of spheres"):
             read_spheres(tmp_path / name)
 
 

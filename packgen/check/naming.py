@@ -1,0 +1,71 @@
+"""The worst faults of a bed by name: which spheres they are, and where."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from packgen.arrays import Float64Array, Int64Array
+from packgen.bed import Bed
+from packgen.check.pairs import near_pairs
+
+NAMED_MAX = 20
+
+
+def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = None) -> tuple[str, ...]:
+    """Return a line for each of the worst faults: spheres in a wall or outside, then pairs that overlap.
+
+    Args:
+        bed: The bed, whose numbers are finite.
+        clearance: Distance of each centre from the nearest wall [m], shape (N,).
+        ids: What a file calls each sphere, shape (N,); None: it has no ids.
+
+    Returns:
+        At most twenty lines, the deepest first, and one that says how many more there are. None where the bed
+        has no tolerance.
+    """
+    if bed.tolerance is None:
+        return ()
+    depth = 1.0 - clearance / bed.radius
+    in_wall = _deepest(depth, bed.tolerance)
+    first, second, overlap, pair_count = _worst_pairs(bed, bed.tolerance)
+    lines = [
+        f"{_named(bed, ids, each)} is outside the container"
+        if clearance[each] < 0.0
+        else f"{_named(bed, ids, each)} is in the wall by {depth[each]:.3g} of its radius"
+        for each in in_wall[:NAMED_MAX].tolist()
+    ]
+    lines += [
+        f"{_named(bed, ids, one)} and {_named(bed, ids, other)} overlap by {deep:.3g} of the smaller radius"
+        for one, other, deep in zip(first.tolist(), second.tolist(), overlap.tolist(), strict=True)
+    ]
+    count = len(in_wall) + pair_count
+    if count > NAMED_MAX:
+        lines = [*lines[:NAMED_MAX], f"and {count - NAMED_MAX:,} more of these"]
+    return tuple(lines)
+
+
+def _deepest(depth: Float64Array, limit: float) -> Int64Array:
+    """Return the places of depths above a limit, the largest first."""
+    found = np.flatnonzero(depth > limit)
+    return found[np.argsort(-depth[found], kind="stable")].astype(np.int64)
+
+
+def _worst_pairs(bed: Bed, limit: float) -> tuple[Int64Array, Int64Array, Float64Array, int]:
+    """Return the deepest pairs, at most twenty: both spheres and the overlap of each, and how many exceed."""
+    kept = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
+    count = 0
+    for pairs in near_pairs(bed.position, bed.radius, period=bed.container.period, body_index=bed.body_index):
+        overlap = -pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
+        worst = _deepest(overlap, limit)
+        count += len(worst)
+        worst = worst[:NAMED_MAX]
+        kept.append((pairs.first[worst], pairs.second[worst], overlap[worst]))
+    first, second, overlap = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+    order = np.argsort(-overlap, kind="stable")[:NAMED_MAX]
+    return first[order], second[order], overlap[order], count
+
+
+def _named(bed: Bed, ids: Int64Array | None, place: int) -> str:
+    x, y, z = bed.position[place]
+    name = f"sphere {place}" if ids is None else f"sphere {place} (id {ids[place]})"
+    return f"{name} at ({x:.6g}, {y:.6g}, {z:.6g})"

@@ -1,0 +1,224 @@
+"""``packgen measure FILE`` and ``packgen convert FILE``: what they take, as typed values."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from packgen.cli.options import names_in
+from packgen.errors import PackgenError
+from packgen.units import LENGTHS, to_si
+
+MEASURE, CONVERT = "measure", "convert"
+
+DESCRIPTIONS = MappingProxyType(
+    {
+        MEASURE: "Check and measure a bed of spheres from a file, wherever it comes from.",
+        CONVERT: "Write a bed of spheres from a file, wherever it comes from, in other formats.",
+    }
+)
+EPILOG = """files: bed.npz, csv and text (columns named, or x y z r), data files and dumps of LIGGGHTS and
+LAMMPS, text of YADE, vtp, vtu, vtk, extended XYZ, particle_input.dat of MFiX
+
+exit codes: 0 done and within tolerance; 1 written, but the bed has faults or a deck is missing;
+2 wrong input, nothing written; 130 interrupted, nothing written"""
+
+
+@dataclass(frozen=True, slots=True)
+class FileOptions:
+    """The options of the two commands.
+
+    Attributes:
+        file: The file of spheres.
+        scene: Scene that says sets, materials, walls and gravity; None: none does.
+        container: Mesh of the walls; None: the scene's walls, or those that the file knows.
+        container_units: Unit of the mesh.
+        units: Unit of the file's lengths; None: metres, unless they look wrong.
+        step: Step of a dump; None: the last one.
+        density: Densities [kg/m3] by name of the set; "" stands for all that are not known.
+        export: Names of the formats to write, each once.
+        export_option: Options of exporters, each ``NAME.KEY=VALUE``.
+        templates: Folder whose deck templates replace packgen's own; None: none does.
+        tolerance: Largest overlap, as a fraction of the smaller radius; None: the scene's, or 1e-6.
+        judged: Whether overlaps count as faults.
+        output: The result folder; None: named after the file.
+        threads: Threads of the measures; None: as many as cores are free.
+        force: Whether a folder with foreign files is set aside.
+        picture: Whether to draw the bed.
+        page: Whether to make ``report.html``.
+        quiet: Whether to leave out the summary.
+    """
+
+    file: Path
+    scene: Path | None = None
+    container: Path | None = None
+    container_units: str = "m"
+    units: str | None = None
+    step: int | None = None
+    density: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    export: tuple[str, ...] = ()
+    export_option: tuple[str, ...] = ()
+    templates: Path | None = None
+    tolerance: float | None = None
+    judged: bool = True
+    output: Path | None = None
+    threads: int | None = None
+    force: bool = False
+    picture: bool = False
+    page: bool = True
+    quiet: bool = False
+
+    @property
+    def target(self) -> Path:
+        """The result folder."""
+        return self.output or Path(self.file.stem)
+
+
+def file_options(command: str, arguments: Sequence[str]) -> FileOptions:
+    """Return what follows ``measure`` or ``convert``.
+
+    Raises:
+        PackgenError: Options do not go together.
+    """
+    converts = command == CONVERT
+    parsed = build_file_parser(command).parse_args(arguments)
+    export = names_in(parsed.export) if converts else ()
+    if converts and not export:
+        raise PackgenError("--export: found no format, expected one, such as --export liggghts")
+    if parsed.scene is not None and parsed.container is not None:
+        raise PackgenError("--container: found beside --scene, whose container counts; leave one of them out")
+    return FileOptions(
+        file=parsed.file,
+        scene=parsed.scene,
+        container=parsed.container,
+        container_units=parsed.container_units,
+        units=parsed.units,
+        step=parsed.step,
+        density=MappingProxyType(dict(parsed.density)),
+        export=export,
+        export_option=tuple(parsed.export_option) if converts else (),
+        templates=parsed.templates if converts else None,
+        tolerance=None if converts else parsed.tolerance,
+        judged=not converts,
+        output=parsed.output,
+        threads=parsed.threads,
+        force=parsed.force,
+        picture=parsed.picture,
+        page=not parsed.no_report,
+        quiet=parsed.quiet,
+    )
+
+
+def build_file_parser(command: str) -> argparse.ArgumentParser:
+    """Return the parser of ``packgen measure`` or ``packgen convert``."""
+    parser = argparse.ArgumentParser(
+        prog=f"packgen {command}",
+        description=f"{DESCRIPTIONS[command]} A scene of that name is ./{command}.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    units = tuple(LENGTHS)
+    parser.add_argument("file", metavar="FILE", type=Path, help="file of spheres")
+    parser.add_argument(
+        "--scene", metavar="SCENE", type=Path, help="scene that says sets, materials, walls and gravity"
+    )
+    parser.add_argument("--container", metavar="MESH", type=Path, help="mesh of the walls, without a scene")
+    parser.add_argument(
+        "--container-units", choices=units, default="m", help="unit of that mesh (default: m)"
+    )
+    parser.add_argument(
+        "--units", choices=units, help="unit of the file's lengths (default: m, refused where it looks wrong)"
+    )
+    parser.add_argument(
+        "--step",
+        metavar="N",
+        type=int,
+        help="step of a dump or an XYZ file of several (default: the last one)",
+    )
+    parser.add_argument(
+        "--density",
+        metavar="[SET=]VALUE",
+        type=_density,
+        action="append",
+        default=[],
+        help="density of a set, or of all whose density is not known, such as 2500 or steel=7.8g/cm3; "
+        "may be repeated",
+    )
+    if command == CONVERT:
+        _add_formats(parser)
+    else:
+        parser.add_argument(
+            "--tolerance",
+            metavar="SHARE",
+            type=_share,
+            help="largest overlap that is no fault, in smaller radii (default: that of the scene, else 1e-6)",
+        )
+    _add_results(parser)
+    return parser
+
+
+def _add_formats(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--export",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="format to write, such as liggghts; may be repeated, or a comma list",
+    )
+    parser.add_argument(
+        "--export-option",
+        metavar="NAME.KEY=VALUE",
+        action="append",
+        default=[],
+        help="option of an exporter; may be repeated",
+    )
+    parser.add_argument(
+        "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
+    )
+
+
+def _add_results(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", type=Path, help="result folder (default: named after the file)"
+    )
+    parser.add_argument("--threads", metavar="N", type=_threads, help="threads of the measures")
+    parser.add_argument(
+        "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
+    )
+    parser.add_argument(
+        "--picture", action="store_true", help="draw the bed, whole and cut in half: bed.png, bed_half.png"
+    )
+    parser.add_argument("--no-report", action="store_true", help="make no report.html")
+    parser.add_argument("--quiet", action="store_true", help="show warnings and what is wrong alone")
+
+
+def _density(text: str) -> tuple[str, float]:
+    """Return the name of a set, empty for all, and a density [kg/m3]."""
+    name, _, value = text.rpartition("=")
+    try:
+        density = to_si(value, "density")
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"found {value!r}, expected {error}") from error
+    if not 0.0 < density < float("inf"):
+        raise argparse.ArgumentTypeError(f"found {value!r}, expected a density greater than 0")
+    return name.strip(), density
+
+
+def _share(text: str) -> float:
+    try:
+        share = float(text)
+    except ValueError:
+        share = -1.0
+    if not 0.0 < share < 1.0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a number between 0 and 1")
+    return share
+
+
+def _threads(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, at least 1")
+    return int(text)

@@ -1,0 +1,168 @@
+"""A bed from a file: read, check, measure, write. A function a stage, as for a run of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from packgen.cli.ending import Ending
+from packgen.cli.exports import Format, check_formats, outlook_of_bed, write_decks
+from packgen.cli.files import FileOptions, file_options
+from packgen.cli.names import refuse_unreadable
+from packgen.cli.plan import find_formats
+from packgen.cli.run import conclude, explained
+from packgen.cli.stopwatch import Stopwatch, peak_memory
+from packgen.cli.visuals import Compose, write_looks
+from packgen.errors import PackgenError
+from packgen.resultfolder import ResultFolder
+from packgen.stopping import held
+
+if TYPE_CHECKING:  # a wrong option must not wait for scipy
+    from exporters.protocol import Place
+    from packgen.bed import Bed
+    from packgen.geometry import Container
+    from packgen.reading import SphereFile
+    from packgen.report import Measures, Report
+    from packgen.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """What was found of a bed: the measures, the faults by name, and the warnings."""
+
+    measures: Measures
+    named: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> int:
+    """Run ``packgen measure`` or ``packgen convert``.
+
+    Args:
+        command: Which one.
+        arguments: What follows it.
+        ending: Told when the results are in place.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        PackgenError: The file, the scene or an option is wrong.
+    """
+    from packgen.reading import refuse_no_file, refuse_unknown
+
+    options = file_options(command, arguments)
+    refuse_no_file(options.file)
+    formats = find_formats(options.export, options.export_option, options.templates)
+    refuse_unreadable([options.target.resolve().name])
+    watch = Stopwatch()
+    kept = [each for each in (options.file, options.scene, options.container) if each is not None]
+    folder = ResultFolder(options.target, force=options.force, keep=tuple(kept))
+    with folder:
+        said: list[str] = []
+        with watch.stage("read"), explained(said):
+            spheres, bed, place = _read(options, said)
+        refuse_unknown(options.file, bed, {need for each in formats.values() for need in each.exporter.NEEDS})
+        if formats:
+            check_formats(formats, outlook_of_bed(bed, place))
+        judged = _judge(spheres, bed, options, said, watch)
+        unwritten = _write(bed, formats, folder, watch)
+        report = write_looks(
+            bed, _composer(bed, judged, unwritten, watch), folder.path, folder.target.name, watch,
+            page=options.page, picture=options.picture,
+        )  # fmt: skip
+        code = int(bool(report.missed))
+        with held():
+            folder.commit()
+            ending.done(code, f"the bed is in {folder.target}")
+    conclude(report, folder, quiet=options.quiet)
+    return code
+
+
+def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile, Bed, Place]:
+    """Return the file's spheres, the bed with all that is known of it, and where values of its scene are.
+
+    Raises:
+        PackgenError: The file is not what it claims, or does not fit the scene.
+    """
+    from packgen.reading import complete_bed, read_spheres
+
+    scene, container = _load(options, said)
+    spheres = read_spheres(options.file, step=options.step, units=options.units)
+    bed = complete_bed(
+        spheres, container, scene=scene, density=options.density, units=options.units, warn=said.append
+    )
+    tolerance = bed.tolerance if options.tolerance is None else options.tolerance
+    bed = replace(bed, tolerance=tolerance if options.judged else None)
+    return spheres, bed, (lambda _location: str(options.file)) if scene is None else scene.marked.place
+
+
+def _load(options: FileOptions, said: list[str]) -> tuple[Scene | None, Container | None]:
+    """Return the scene and the container that the command line names."""
+    from packgen.container import load_container, mesh_container
+
+    if options.scene is not None:
+        from packgen.scene import load_scene
+
+        scene = load_scene(options.scene)
+        return scene, load_container(scene, said.append)
+    if options.container is None:
+        return None, None
+    if not options.container.is_file():
+        raise PackgenError(f"--container: found {options.container}, expected a file of a mesh")
+    return None, mesh_container(options.container, options.container_units, "--container", said.append)
+
+
+def _judge(
+    spheres: SphereFile, bed: Bed, options: FileOptions, said: Sequence[str], watch: Stopwatch
+) -> _Judged:
+    """Check and measure the bed."""
+    import numpy as np
+
+    from packgen.check import check_bed, wall_clearance
+    from packgen.check.naming import named_faults
+    from packgen.measure.order import WALL_REACH
+    from packgen.report import measure_bed
+
+    with watch.stage("check"):
+        clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
+        # Walls that are not known are not judged; near the box in their place a bed is not the bed's own.
+        judged = clearance if bed.container.walls_known else np.full(bed.count, np.inf)
+        check = check_bed(bed, judged)
+        named = () if check.within_tolerance else named_faults(bed, judged, spheres.id)
+    with watch.stage("measure"):
+        measures = measure_bed(bed, check=check, clearance=clearance, threads=options.threads)
+    return _Judged(measures, named, tuple(said))
+
+
+def _write(
+    bed: Bed, formats: Mapping[str, Format], folder: ResultFolder, watch: Stopwatch
+) -> tuple[str, ...]:
+    """Write the bed, and in each format; return a line for each one that could not be written."""
+    from packgen.bedfile import save_bed
+
+    with watch.stage("write"):
+        save_bed(bed, folder.path / "bed.npz")
+    with watch.stage("export"):
+        return write_decks(bed, folder.path, formats)
+
+
+def _composer(bed: Bed, judged: _Judged, unwritten: Sequence[str], watch: Stopwatch) -> Compose:
+    """Return what makes the report once the last files are written."""
+    from packgen.report import compose_report
+
+    memory = peak_memory()
+
+    def compose(*, files: Sequence[str], warnings: Sequence[str]) -> Report:
+        return compose_report(
+            judged.measures,
+            bed.provenance,
+            missed=(*judged.named, *unwritten),
+            warnings=(*judged.warnings, *warnings),
+            timings=watch.seconds,
+            peak_memory=memory,
+            files=files,
+        )
+
+    return compose

@@ -1,0 +1,55 @@
+"""Lengths that are a thousand times too long or too short are seen."""
+
+from __future__ import annotations
+
+import pytest
+
+from packgen import read_bed
+from packgen.errors import ReadError
+from tests.beds import box_container, cubic_lattice
+from tests.reading.beds import text_file
+
+
+def lattice_file(folder, length=1.0, size=1.0):
+    """27 touching spheres of radius 0.1 in a box of 0.6, with lengths and sizes in some units."""
+    rows = [(*(each / length), 0.1 / size) for each in cubic_lattice(3, 0.1)]
+    return text_file(folder, "".join(" ".join(map(repr, map(float, row))) + "\n" for row in rows))
+
+
+BOX = box_container((0, 0, 0), (0.6, 0.6, 0.6))
+
+
+def test_spheres_in_the_units_of_their_container_are_taken(tmp_path):
+    assert read_bed(lattice_file(tmp_path), BOX).count == 27
+    assert read_bed(lattice_file(tmp_path, 1e-3, 1e-3), BOX, units="mm").radius[0] == pytest.approx(0.1)
+
+
+def test_spheres_in_millimetres_beside_a_container_in_metres_are_refused(tmp_path):
+    expected = (
+        r"found spheres over 600 m, with a container of 0\.6 m, .*; if the file is in mm, give --units mm"
+    )
+    with pytest.raises(ReadError, match=expected):
+        read_bed(lattice_file(tmp_path, 1e-3, 1e-3), BOX)
+    with pytest.raises(ReadError, match=r"if the file is in um, give --units um"):
+        read_bed(lattice_file(tmp_path, 1e-6, 1e-6), BOX)
+
+
+def test_a_container_in_millimetres_beside_spheres_in_metres_is_refused(tmp_path):
+    with pytest.raises(ReadError, match=r"if the container's mesh is in mm, say so \(--container-units mm\)"):
+        read_bed(lattice_file(tmp_path), box_container((0, 0, 0), (600, 600, 600)))
+
+
+@pytest.mark.parametrize("units", [(1.0, 1e-3), (1e-3, 1.0)])
+def test_radii_in_another_unit_than_positions_are_refused(tmp_path, units):
+    with pytest.raises(ReadError, match="expected radii and positions in one unit"):
+        read_bed(lattice_file(tmp_path, *units))
+
+
+def test_units_that_are_given_are_believed(tmp_path):
+    assert read_bed(lattice_file(tmp_path, 1e-3, 1e-3), BOX, units="m").radius[0] == pytest.approx(100)
+
+
+def test_large_spheres_are_worth_a_word_where_no_container_tells(tmp_path):
+    said = []
+    read_bed(lattice_file(tmp_path, 1e-3, 1e-3), warn=said.append)
+    assert any("radii up to 100 m; if the file is in millimetres, give --units mm" in line for line in said)
