@@ -12,7 +12,7 @@ NAMED_MAX = 20
 
 
 def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = None) -> tuple[str, ...]:
-    """Return a line for each of the worst faults: spheres in a wall or outside, then pairs that overlap.
+    """Return a line for each of the worst faults: spheres in a wall or outside, and pairs that overlap.
 
     Args:
         bed: The bed, whose numbers are finite.
@@ -28,20 +28,22 @@ def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = Non
     depth = 1.0 - clearance / bed.radius
     in_wall = _deepest(depth, bed.tolerance)
     first, second, overlap, pair_count = _worst_pairs(bed, bed.tolerance)
-    lines = [
-        f"{_named(bed, ids, each)} is outside the container"
-        if clearance[each] < 0.0
-        else f"{_named(bed, ids, each)} is in the wall by {depth[each]:.3g} of its radius"
+    found = [
+        (
+            depth[each],
+            f"{_named(bed, ids, each)} is outside the container"
+            if clearance[each] < 0.0
+            else f"{_named(bed, ids, each)} is in the wall by {depth[each]:.3g} of its radius",
+        )
         for each in in_wall[:NAMED_MAX].tolist()
     ]
-    lines += [
-        f"{_named(bed, ids, one)} and {_named(bed, ids, other)} overlap by {deep:.3g} of the smaller radius"
-        for one, other, deep in zip(first.tolist(), second.tolist(), overlap.tolist(), strict=True)
-    ]
-    count = len(in_wall) + pair_count
-    if count > NAMED_MAX:
-        lines = [*lines[:NAMED_MAX], f"and {count - NAMED_MAX:,} more of these"]
-    return tuple(lines)
+    for one, other, deep in zip(first.tolist(), second.tolist(), overlap.tolist(), strict=True):
+        pair = f"{_named(bed, ids, one)} and {_named(bed, ids, other)}"
+        found.append((deep, f"{pair} overlap by {deep:.3g} of the smaller radius"))
+    found.sort(key=lambda each: -each[0])
+    lines = [line for _, line in found[:NAMED_MAX]]
+    rest = len(in_wall) + pair_count - len(lines)
+    return (*lines, f"and {rest:,} more of these") if rest else tuple(lines)
 
 
 def _deepest(depth: Float64Array, limit: float) -> Int64Array:

@@ -86,7 +86,7 @@ def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile, Bed, Place
     Raises:
         PackgenError: The file is not what it claims, or does not fit the scene.
     """
-    from packgen.reading import complete_bed, read_spheres
+    from packgen.reading import complete_bed, read_spheres, rounding_remark
 
     scene, container = _load(options, said)
     spheres = read_spheres(options.file, step=options.step, units=options.units)
@@ -95,6 +95,9 @@ def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile, Bed, Place
     )
     tolerance = bed.tolerance if options.tolerance is None else options.tolerance
     bed = replace(bed, tolerance=tolerance if options.judged else None)
+    remark = rounding_remark(spheres, bed.tolerance)
+    if remark is not None:
+        said.append(remark)
     return spheres, bed, (lambda _location: str(options.file)) if scene is None else scene.marked.place
 
 

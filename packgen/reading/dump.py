@@ -12,7 +12,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.reading.faults import fault, shown
-from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, read_columns
+from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
 from packgen.reading.spheres import Cell, SphereFile, from_columns
 from packgen.reading.steps import place_of_step
 from packgen.reading.text import Text, decoded
@@ -49,7 +49,8 @@ def read_dump(text: Text, step: int | None) -> SphereFile:
         raise fault(
             text.path, "a last line without an end", "whole lines", place=text.line_at(stop), remedy=EARLIER
         )
-    found = read_columns(text.rows(head.start, stop), columns, width=len(head.columns), count=count)
+    rows = text.rows(head.start, stop)
+    found = read_columns(rows, columns, width=len(head.columns), count=count)
     low, high, periodic = _box(text, head, starts[place])
     for axis, name in enumerate("xyz"):
         scaled = next((form for form in ("s", "su") if f"{name}{form}" in found), None)
@@ -59,7 +60,7 @@ def read_dump(text: Text, step: int | None) -> SphereFile:
         if scaled:
             found[name] = low[axis] + found[name] * (high[axis] - low[axis])
     cell = Cell(np.stack([low, high]), periodic) if any(periodic) else None
-    return from_columns(text.path, KIND, found, cell=cell)
+    return from_columns(text.path, KIND, found, cell=cell, digits=digits_of(rows, columns[:3]))
 
 
 def _starts(data: bytes) -> list[int]:

@@ -14,6 +14,7 @@ SOLID_MAX = 10.0  # of the box around the spheres; beyond it radii and positions
 SOLID_MIN = 1.0e-7
 WIDER_MAX = 100.0  # extent of the spheres over that of the container
 NARROWER_MAX = 300.0  # the other way round
+DIGITS_MIN, DIGITS_MAX = 5, 9  # fewer are exact numbers of a person, more no rounding to speak of
 RADIUS_MAX = 1.0  # m; larger spheres are worth a word where no container tells
 
 
@@ -42,6 +43,22 @@ def refuse_other_units(spheres: SphereFile, container: Container | None) -> None
             )  # fmt: skip
     if container is not None:
         _refuse_beside(spheres, span, float(np.ptp(container.bounds, axis=0).max()))
+
+
+def rounding_remark(spheres: SphereFile, tolerance: float | None) -> str | None:
+    """Return a line on positions with so few digits that overlaps beyond the tolerance may be rounding."""
+    if spheres.digits is None or not DIGITS_MIN <= spheres.digits <= DIGITS_MAX:
+        return None
+    largest = float(np.abs(spheres.position).max(initial=1e-300))
+    rounding = 0.5 * 10.0 ** (np.floor(np.log10(largest)) + 1 - spheres.digits)
+    # Both spheres of a pair are off along each axis.
+    share = float(2.0 * np.sqrt(3.0) * rounding / spheres.radius.min())
+    if tolerance is None or share <= tolerance:
+        return None
+    return (
+        f"{spheres.path}: positions have {spheres.digits} digits: overlaps up to {share:.2g} of the smallest "
+        "radius may be rounding"
+    )
 
 
 def _refuse_beside(spheres: SphereFile, span: float, size: float) -> None:

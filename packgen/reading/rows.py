@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 
@@ -14,6 +15,7 @@ import numpy as np
 from packgen.arrays import BoolArray, Float64Array
 from packgen.reading.faults import Faults, fault, shown
 
+SAMPLE = 1000  # rows whose digits are counted
 WHOLE_MAX = 2.0**53  # whole numbers beyond it are no float64
 
 NUMBER, SIZE, WHOLE = "a finite number", "a number greater than 0", "a whole number"
@@ -115,6 +117,17 @@ def read_columns(
             remedy="is the file complete?",
         )  # fmt: skip
     return found
+
+
+def digits_of(rows: Rows, columns: Sequence[Column]) -> int:
+    """Return how many digits the numbers of columns have, at most: of the first thousand rows."""
+    most = 0
+    for line in islice(io.StringIO(rows.text), SAMPLE):
+        cells = rows.cells(line)
+        for each in columns if cells else ():
+            mantissa = cells[each.place].lower().partition("e")[0]
+            most = max(most, len(mantissa.lstrip("+-").replace(".", "").lstrip("0")))
+    return most
 
 
 def _last(rows: Rows) -> list[str]:

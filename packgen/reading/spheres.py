@@ -60,6 +60,7 @@ class SphereFile:
         batch_index: Batch of each sphere, shape (N,), int32.
         body_index: Body of each sphere, shape (N,), int32.
         cell: The box that wraps around, where one does.
+        digits: How many digits the positions have, at most.
         provenance: Version, scene, seed and settings of a bed that packgen made.
     """
 
@@ -74,6 +75,7 @@ class SphereFile:
     batch_index: Int32Array | None = None
     body_index: Int32Array | None = None
     cell: Cell | None = None
+    digits: int | None = None
     provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     @property

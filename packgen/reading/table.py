@@ -10,7 +10,7 @@ import re
 from types import MappingProxyType
 
 from packgen.reading.faults import fault, shown
-from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, read_columns
+from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
 from packgen.reading.spheres import SphereFile, from_columns
 from packgen.reading.text import Text, decoded
 
@@ -65,7 +65,7 @@ def read_table(text: Text) -> SphereFile:
         names = list(PLAIN[: len(cells)])
     columns = _columns(text, names, line)
     found = read_columns(rows, columns, width=len(names))
-    return from_columns(text.path, KIND, found)
+    return from_columns(text.path, KIND, found, digits=digits_of(rows, columns[:3]))
 
 
 def _first_row(text: Text) -> tuple[int, str, str]:

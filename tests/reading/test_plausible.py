@@ -6,6 +6,7 @@ import pytest
 
 from packgen import read_bed
 from packgen.errors import ReadError
+from packgen.reading import read_spheres, rounding_remark
 from tests.beds import box_container, cubic_lattice
 from tests.reading.beds import text_file
 
@@ -53,3 +54,14 @@ def test_large_spheres_are_worth_a_word_where_no_container_tells(tmp_path):
     said = []
     read_bed(lattice_file(tmp_path, 1e-3, 1e-3), warn=said.append)
     assert any("radii up to 100 m; if the file is in millimetres, give --units mm" in line for line in said)
+
+
+def test_positions_of_few_digits_are_told_where_overlaps_may_be_rounding(tmp_path):
+    def remark(text, tolerance=1e-6):
+        return rounding_remark(read_spheres(text_file(tmp_path, text)), tolerance)
+
+    assert "have 6 digits: overlaps up to 0.017 of the smallest radius" in remark("12.3456 1 1 0.01\n")
+    assert remark("12.3456 1 1 0.01\n", 0.1) is None
+    assert remark("12.3456 1 1 0.01\n", None) is None
+    assert remark("12.34567890123 1 1 0.01\n") is None
+    assert remark("12 1 1 0.01\n") is None
