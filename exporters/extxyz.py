@@ -1,4 +1,4 @@
-"""Extended XYZ: ``bed.xyz``, for OVITO, ASE and exaDEM.
+"""Extended XYZ: ``bed.xyz``, for OVITO and ASE.
 
 Reference: OVITO manual, page "XYZ file reader", and ASE, page "extxyz": the number of spheres, a line with
 ``Lattice``, ``Origin``, ``pbc`` and ``Properties``, and a row a sphere. The species is the name of the

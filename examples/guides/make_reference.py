@@ -24,6 +24,9 @@ from packgen import bedfile, report
 from packgen.arrange import registry
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
+from packgen.cli.files import CONVERT, DESCRIPTIONS, MEASURE, build_file_parser
+from packgen.reading import dump, extxyz, lammps_data, mfix, npz, vtk
+from packgen.reading import table as table_of_text
 from packgen.scene import document, models, sets
 from packgen.units import UNITS
 from packgen.validation import results as validation
@@ -220,18 +223,36 @@ def scene_part() -> Iterator[str]:
     )
 
 
-def command_part() -> Iterator[str]:
-    """The command line."""
-    yield f"## The command\n\n{DESCRIPTION}\n"
+def arguments_of(parser: argparse.ArgumentParser) -> list[tuple[str, str]]:
+    """Return a row for each argument of a parser."""
     rows = []
-    for action in build_parser()._actions:
+    for action in parser._actions:
         if isinstance(action, argparse._HelpAction):
             continue
         shown = f"{'/'.join(action.choices)}" if action.choices else str(action.metavar or "")
         names = ", ".join(f"`{each}`" for each in action.option_strings) or f"`{action.metavar}`"
         value = f" `{shown}`" if shown and action.option_strings and action.nargs != 0 else ""
         rows.append((names + value, action.help or ""))
-    yield table(("argument", "meaning"), rows)
+    return rows
+
+
+def file_part() -> Iterator[str]:
+    """Beds from files."""
+    yield f"## Beds from files\n\n`packgen measure FILE`: {DESCRIPTIONS[MEASURE]}\n"
+    measures, converts = (arguments_of(build_file_parser(each)) for each in (MEASURE, CONVERT))
+    yield table(("argument", "meaning"), measures)
+    yield f"`packgen convert FILE`: {DESCRIPTIONS[CONVERT]}\n"
+    yield "It takes the same arguments but `--tolerance`, and:\n"
+    yield table(("argument", "meaning"), [row for row in converts if row not in measures])
+    yield "Files that are read:\n"
+    readers = (npz, table_of_text, lammps_data, dump, vtk, extxyz, mfix)
+    yield table(("format",), [(plain((each.__doc__ or "").split("\n\n")[0]),) for each in readers])
+
+
+def command_part() -> Iterator[str]:
+    """The command line."""
+    yield f"## The command\n\n{DESCRIPTION}\n"
+    yield table(("argument", "meaning"), arguments_of(build_parser()))
     others, codes = EPILOG.split("exit codes:")
     commands = [
         re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in others.splitlines()[1:] if line.strip()
@@ -327,6 +348,7 @@ def reference() -> str:
         "How to use it all: [the tutorial](../README.md).\n",
         *scene_part(),
         *command_part(),
+        *file_part(),
         *result_part(),
         *exporter_part(),
     ]

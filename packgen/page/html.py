@@ -87,7 +87,7 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     if "read_from" in settings:
         rows.append(("Read from", f"{settings['read_from']}, {settings.get('format', '')}"))
     optimizer = inner.get("params", {}).get("optimizer")
-    if optimizer:
+    if optimizer and "algorithm" in settings:
         rows.append(("Algorithm", f"{settings.get('algorithm', '')}, optimiser {optimizer}"))
     rows.append(("Version", f"packgen {report['packgen']}"))
     rows += [

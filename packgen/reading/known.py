@@ -54,12 +54,8 @@ def known_by_scene(scene: Scene, container: Container) -> Known:
         container=container,
         gravity=np.asarray(scene.gravity_direction, np.float64) * scene.gravity + 0.0,
         tolerance=scene.tolerance,
-        provenance={
-            "scene": scene.path.name,
-            "seed": scene.seed,
-            "algorithm": scene.algorithm,
-            "settings": scene.model_dump(),
-        },
+        # Not the scene's seed and algorithm: they have not made these spheres.
+        provenance={"scene": scene.path.name, "settings": scene.model_dump()},
     )
 
 

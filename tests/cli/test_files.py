@@ -42,6 +42,10 @@ def test_a_sound_bed_is_measured_and_told_to_be_sound(folder, capsys):
     assert report["contacts"][1]["mean"] == pytest.approx(4.8)
     assert 0.0 < report["overlap"]["wall_overlap_max"] < 1e-12
     assert report["settings"]["read_from"] == "beads.csv"
+    assert (report["settings"]["seed"], "algorithm" in report["settings"]) == ("none", False)
+    page = Path("beads/report.html").read_text(encoding="utf-8")
+    assert "beads.csv, table of text" in page
+    assert "optimiser" not in page
     assert "125" in capsys.readouterr().out
     assert main(["report", "beads"]) == 0
     assert main(["measure", "beads.csv", "--scene", "box.yaml", "--quiet"]) == 0  # its own folder is replaced

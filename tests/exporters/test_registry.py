@@ -45,3 +45,13 @@ def test_the_head_of_a_deck_names_what_the_core_writes_as_provenance():
 
     bed = lattice(provenance={"packgen": "1.2.3", "scene": "dir/furnace.yaml", "seed": 7, "settings": {}})
     assert deck.provenance_values(bed) == {"version": "1.2.3", "scene": "furnace.yaml", "seed": "7"}
+
+
+def test_what_formats_need_of_a_bed_is_known_and_all_where_they_do_not_say(monkeypatch):
+    needs = {name: exporters.get(name).NEEDS for name in exporters.BUILTIN}
+    assert {need for each in needs.values() for need in each} == {"density", "materials", "walls"}
+    assert all(len(needs[name]) == 3 for name in needs if exporters.get(name).IS_DECK)
+    silent = SimpleNamespace(NAME="silent", Options=dict, write=print)
+    plugin = SimpleNamespace(name="silent", value="x", load=lambda: silent)
+    monkeypatch.setattr(exporters, "entry_points", lambda group: [plugin])
+    assert exporters.get("silent").NEEDS == exporters.ALL_NEEDS
