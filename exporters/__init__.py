@@ -24,13 +24,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
 
-from exporters.protocol import Exporter, Outlook
+from exporters.protocol import ALL_NEEDS, Exporter, Outlook
 from packgen.errors import ExportError
 
 __all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "Outlook", "get", "names"]
 
 ENTRY_POINT_GROUP = "packgen.exporters"
-ALL_NEEDS = ("density", "materials", "walls")
 BUILTIN = MappingProxyType(
     {
         "liggghts": "exporters.liggghts",

@@ -22,6 +22,6 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME, density=False)
+    deck.check_exportable(bed, NAME, NEEDS)
     columns = [*bed.position.T, bed.radius, bed.set_index]
     return [table.write_rows(folder / "bed.csv", columns, head="X,Y,Z,r,family\n", separator=",")]

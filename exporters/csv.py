@@ -24,7 +24,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, NEEDS)
     columns = [
         table.ids(bed), *bed.position.T, bed.radius, bed.density,
         bed.set_index, bed.zone_index, bed.batch_index,

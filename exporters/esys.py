@@ -23,7 +23,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME, density=False)
+    deck.check_exportable(bed, NAME, NEEDS)
     bounds = " ".join(repr(each) for each in bed.container.bounds.ravel().tolist())
     periodic = " ".join(str(int(each)) for each in bed.container.periodic)
     head = (

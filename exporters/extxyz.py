@@ -26,7 +26,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME, density=False)
+    deck.check_exportable(bed, NAME, NEEDS)
     columns = [
         np.array([_species(each.name) for each in bed.particle_sets])[bed.set_index],
         *bed.position.T, bed.radius, table.ids(bed), bed.set_index, bed.zone_index, bed.batch_index,

@@ -78,7 +78,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         ExportError: The bed is empty; the mesh cannot be read or has cells of another kind; or the mesh does
             not fit the bed: it holds no sphere, or more than there is.
     """
-    deck.check_exportable(bed, NAME, density=False)
+    deck.check_exportable(bed, NAME, NEEDS)
     position, radius = with_images(bed)
     (folder / "0").mkdir(exist_ok=True)
     if options.mesh is not None:

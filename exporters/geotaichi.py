@@ -22,7 +22,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, NEEDS)
     paths = []
     for index, each in enumerate(bed.particle_sets):
         chosen = slice(None) if len(bed.particle_sets) == 1 else bed.set_index == index

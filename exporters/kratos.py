@@ -24,7 +24,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME, density=False)
+    deck.check_exportable(bed, NAME, NEEDS)
     path = folder / "bedDEM.mdpa"
     ids, zero = table.ids(bed), table.constant(bed, 0)
     head = "Begin ModelPartData\nEnd ModelPartData\n\nBegin Properties 0\nEnd Properties\n\nBegin Nodes\n"

@@ -38,7 +38,7 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, NEEDS)
     told = deck.provenance_values(bed)
     lines = [
         "Version 2.0",

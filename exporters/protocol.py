@@ -13,6 +13,7 @@ from packgen.bed import Bed, Material, ParticleSet
 from packgen.errors import ExportError
 from packgen.geometry import Container
 
+ALL_NEEDS = ("density", "materials", "walls")
 Place = Callable[[tuple[str | int, ...]], str]
 
 

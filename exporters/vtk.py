@@ -40,7 +40,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME, density=False)
+    deck.check_exportable(bed, NAME, NEEDS)
     arrays = sphere_arrays(bed)
     each = np.arange(bed.count, dtype=np.int64)
     paths = [vtkxml.write_polydata(folder / "bed.vtp", bed.position, "Verts", each[:, None], arrays)]

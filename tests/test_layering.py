@@ -125,6 +125,7 @@ def test_what_algorithms_share_knows_none_of_them(place):
             ("packgen.bed", "packgen.container", "packgen.measure", "packgen.check", *CORE, *UPPER),
         ),
         ("measure", ("packgen.arrange", "packgen.container", "packgen.scene", *UPPER)),
+        ("reading", ("packgen.arrange", "packgen.supply", "packgen.check", "packgen.measure", *UPPER)),
         ("check", ("packgen.measure", "packgen.scene", *UPPER)),
         ("filling", ("packgen.report", "packgen.validation", "packgen.page", "packgen.cli")),
     ],

@@ -7,6 +7,7 @@ rows of spheres are written in Python (``exporters.shared.lammps_data``).
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path, PurePath
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined, TemplateError
 from pydantic import BaseModel, ConfigDict
 
+from exporters.protocol import ALL_NEEDS
 from packgen.bed import Bed
 from packgen.errors import ExportError
 
@@ -99,17 +101,17 @@ def provenance_values(bed: Bed) -> dict[str, str]:
     }
 
 
-def check_exportable(bed: Bed, solver: str, *, density: bool = True) -> None:
-    """Refuse a bed that no solver can load.
+def check_exportable(bed: Bed, solver: str, needs: Sequence[str] = ALL_NEEDS) -> None:
+    """Refuse a bed that no solver can load, and one from elsewhere that lacks what the format writes.
 
     Args:
         bed: The bed.
         solver: What messages call the format.
-        density: Whether the format writes densities; they may be unknown else.
+        needs: What the format writes beside the spheres.
 
     Raises:
-        ExportError: The bed is empty, a position is not finite, or a radius or density is not finite and
-            positive.
+        ExportError: The bed is empty, a position is not finite, a radius or density is not finite and
+            positive, or materials or walls are not known.
     """
     if bed.count == 0:
         raise ExportError(f"{solver}: the bed holds no spheres; {solver} cannot load an empty bed")
@@ -125,8 +127,12 @@ def check_exportable(bed: Bed, solver: str, *, density: bool = True) -> None:
     problems += [
         f"density of set {each.name} is {each.density} kg/m3, expected more than 0"
         for each in bed.particle_sets
-        if density and not (np.isfinite(each.density) and each.density > 0)
+        if "density" in needs and not (np.isfinite(each.density) and each.density > 0)
     ]
+    if "materials" in needs and not bed.materials:
+        problems.append("the materials are not known, expected those of spheres and walls")
+    if "walls" in needs and not bed.container.walls_known:
+        problems.append("the walls are not known, expected the container of the bed")
     if problems:
         raise ExportError("\n".join(f"{solver}: {problem}" for problem in problems))
 

@@ -149,9 +149,15 @@ def _box(text: Text, head: _Head, start: int) -> tuple[Float64Array, Float64Arra
         bounds = np.array([[float(word) for word in row.split()] for row in head.items.get(name, [])])
         if bounds.shape not in {(3, 2), (3, 3)} or not np.isfinite(bounds).all():
             raise ValueError
+        if not (bounds[:, 0] < bounds[:, 1]).all():
+            raise ValueError
     except ValueError:
         raise fault(
-            text.path, "box bounds that are none", "three lines of two numbers", place=line, remedy=EARLIER
+            text.path,
+            "box bounds that are none",
+            "three lines of two numbers, the lower one first",
+            place=line,
+            remedy=EARLIER,
         ) from None
     if bounds[:, 2:].any():
         raise fault(text.path, "a box that is tilted", "one whose edges lie along x, y and z", place=line)

@@ -100,7 +100,7 @@ def _properties(text: Text, frame: _Frame) -> tuple[dict[str, int], int, int | N
     words = frame.keys.get("properties", "").split(":")
     if len(words) % 3 or not all(each.isdigit() for each in words[2::3]):
         raise fault(
-            text.path, shown(frame.keys.get("properties", "a line without Properties=")),
+            text.path, shown(frame.keys["properties"]) if "properties" in frame.keys else "no Properties=",
             "Properties=species:S:1:pos:R:3:radius:R:1 or the like", place=frame.line,
         )  # fmt: skip
     places: dict[str, int] = {}

@@ -19,7 +19,7 @@ from packgen.reading.spheres import Groups, SphereFile
 
 KINDS_MAX = 1000
 SAME_DENSITY = 1.0e-5  # relative: files have six digits
-UNKNOWN = float("nan")
+NOT_KNOWN = float("nan")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +73,7 @@ def with_densities(sets: Sequence[ParticleSet], given: Mapping[str, float]) -> t
             f"--density: found {given['']:g} kg/m3, but the densities of all sets ({names}) are known; "
             f"say which set it is for, such as {sets[0].name}={given['']:g}, or leave it out"
         )
-    general = given.get("", UNKNOWN)
+    general = given.get("", NOT_KNOWN)
     return tuple(
         replace(each, density=given.get(each.name, general if np.isnan(each.density) else each.density))
         for each in sets
@@ -84,7 +84,7 @@ def _kinds(spheres: SphereFile, groups: Groups) -> _Kinds:
     numbers = distinct(groups.number)
     of_number = np.searchsorted(numbers, groups.number)
     if spheres.density is None:
-        densities, of_density = np.array([UNKNOWN]), np.zeros(spheres.count, np.int64)
+        densities, of_density = np.array([NOT_KNOWN]), np.zeros(spheres.count, np.int64)
     else:
         densities, of_density = np.unique(spheres.density, return_inverse=True)
     pair = of_number * len(densities) + of_density

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import exporters
 from packgen import load_container, load_scene, pack, read_bed
 from packgen.bedfile import save_bed
 from packgen.check import check_bed
-from packgen.errors import ReadError
+from packgen.errors import ExportError, ReadError
 from packgen.reading import unknowns
 from tests.beds import box_container
 from tests.reading.beds import dump_text, mixed_bed, text_file, write
@@ -176,3 +177,18 @@ def test_a_bed_of_packgen_knows_its_scene_but_not_the_mesh_of_its_walls(tmp_path
     ]
     save_bed(replace(bed, provenance={"settings": {"particle_sets": 3}}), tmp_path / "bed.npz")
     assert np.isnan(read_bed(tmp_path / "bed.npz").density).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "lacking"),
+    [("liggghts", ALL), ("lammps", ALL), ("yade", ALL), ("csv", ALL[:1]), ("esys", ALL[2:]), ("extxyz", ())],
+)
+def test_exporters_refuse_a_bed_that_lacks_what_they_write(tmp_path, name, lacking):
+    bed = read_bed(text_file(tmp_path, "0 0 0 1\n"))
+    exporter = exporters.get(name)
+    if not lacking:
+        assert exporter.write(bed, tmp_path, exporter.Options())
+        return
+    with pytest.raises(ExportError) as caught:
+        exporter.write(bed, tmp_path, exporter.Options())
+    assert [word in str(caught.value) for word in ALL] == [word in lacking for word in ALL]

@@ -54,6 +54,10 @@ FAULTS = {
         "found a dump of pairs or walls",
     ),
     "dump of nothing": (dump_text([]), r"found the number of atoms '0'"),
+    "dump with a box inside out": (
+        dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], box=((0, 1), (2, 1), (0, 1))),
+        "expected three lines of two numbers, the lower one first",
+    ),
     "dump without a box": (dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], box=()), "box bounds that are none"),
     "data cut": (f"{HEAD}Atoms\n\n1 1 0.2 2500 0 0 0\n", "found 1 rows .* the 2 that the file announces"),
     "data without atoms": (HEAD, "found no section Atoms"),
