@@ -15,6 +15,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.bed import UNKNOWN, Bed
+from packgen.container.primitives import box_surface
 from packgen.errors import ReadError
 from packgen.geometry import Box, Container
 from packgen.reading.detect import read_spheres
@@ -163,8 +164,6 @@ def _own_container(spheres: SphereFile) -> Container:
         periodic = spheres.cell.periodic
         wraps = np.array(periodic)
         low[wraps], high[wraps] = spheres.cell.bounds[:, wraps]
-    from packgen.container.primitives import box_surface
-
     box = Box(low, high)
     volume = float(np.prod(high - low))
     return Container(
@@ -188,6 +187,7 @@ def _wrapped(position: Float64Array, container: Container) -> Float64Array:
 
 def _provenance(spheres: SphereFile, known: Known, *, walls_known: bool) -> dict[str, Any]:
     said = {"packgen": __version__, "scene": "none", "seed": "none", **known.provenance}
+    said.pop("walls", None)
     walls = {} if walls_known else {"walls": UNKNOWN}
     return said | {"read_from": spheres.path.name, "format": spheres.format} | walls
 

@@ -11,6 +11,7 @@ from packgen.reading.npz import read_npz
 from packgen.reading.spheres import SphereFile
 from packgen.reading.steps import refuse_step
 from packgen.reading.text import read_text
+from packgen.reading.vtk import read_vtk
 from packgen.units import LENGTHS
 
 VTK_SUFFIXES = (".vtp", ".vtu", ".vtk")
@@ -58,8 +59,6 @@ def refuse_no_file(path: Path) -> None:
 def _read(path: Path, step: int | None) -> SphereFile:
     suffix = path.suffix.lower()
     if suffix == ".npz" or suffix in VTK_SUFFIXES:
-        from packgen.reading.vtk import read_vtk
-
         refuse_step(path, f"{suffix[1:]} file", step)
         return read_npz(path) if suffix == ".npz" else read_vtk(path)
     text = read_text(path)

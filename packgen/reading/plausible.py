@@ -11,7 +11,7 @@ from packgen.units import LENGTHS
 
 COUNT_MIN = 10  # fewer spheres may be anywhere
 SOLID_MAX = 10.0  # of the box around the spheres; beyond it radii and positions differ in unit
-SOLID_MIN = 1.0e-7
+SOLID_MIN = 2.0e-9
 WIDER_MAX = 100.0  # extent of the spheres over that of the container
 NARROWER_MAX = 300.0  # the other way round
 DIGITS_MIN, DIGITS_MAX = 5, 9  # fewer are exact numbers of a person, more no rounding to speak of

@@ -93,6 +93,9 @@ def read_columns(
             announced; one line a fault.
     """
     places = [each.place for each in columns]
+    last = rows.first()[width - 1 : width]
+    if last and width - 1 not in places and _holds(last[0], NUMBER):
+        places.append(width - 1)  # a row that lacks a value is seen by its last one
     table: Float64Array | None = None
     if rows.text.strip():
         try:
@@ -112,9 +115,8 @@ def read_columns(
         raise _faults(rows, columns, width, "")
     if count is not None and len(table) != count:
         raise fault(
-            rows.path, f"{len(table):,} rows from line {rows.line} on",
-            f"the {count:,} that the file announces",
-            remedy="is the file complete?",
+            rows.path, f"{_many(len(table), 'row')} from line {rows.line} on",
+            f"the {count:,} that the file announces", remedy="is the file complete?",
         )  # fmt: skip
     return found
 
@@ -152,7 +154,7 @@ def _faults(rows: Rows, columns: Sequence[Column], width: int, reason: str) -> E
         if len(cells) < width:
             wanted = f"{width}: {', '.join(each.name for each in sorted(columns, key=lambda c: c.place))}"
             faults.add(
-                f"{_many(len(cells), 'value')}", wanted if len(columns) == width else str(width), place=number
+                _many(len(cells), "value"), wanted if len(columns) == width else str(width), place=number
             )
             continue
         for each in columns:
@@ -165,7 +167,7 @@ def _faults(rows: Rows, columns: Sequence[Column], width: int, reason: str) -> E
 
 
 def _many(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
 
 
 def _holds(text: str, rule: str) -> bool:
@@ -176,10 +178,6 @@ def _holds(text: str, rule: str) -> bool:
         return False
     if not math.isfinite(value):
         return False
-    return (
-        value > 0.0
-        if rule == SIZE
-        else value.is_integer() and abs(value) < WHOLE_MAX
-        if rule == WHOLE
-        else True
-    )
+    if rule == WHOLE:
+        return value.is_integer() and abs(value) < WHOLE_MAX
+    return rule == NUMBER or value > 0.0

@@ -13,7 +13,7 @@ from packgen.bedfile import save_bed
 from packgen.check import check_bed
 from packgen.errors import ExportError, ReadError
 from packgen.reading import unknowns
-from tests.beds import box_container
+from tests.beds import box_container, make_bed
 from tests.reading.beds import dump_text, mixed_bed, text_file, write
 
 SCENE = """
@@ -192,3 +192,17 @@ def test_exporters_refuse_a_bed_that_lacks_what_they_write(tmp_path, name, lacki
     with pytest.raises(ExportError) as caught:
         exporter.write(bed, tmp_path, exporter.Options())
     assert [word in str(caught.value) for word in ALL] == [word in lacking for word in ALL]
+
+
+def test_walls_that_are_given_later_are_known(tmp_path):
+    settings = {
+        "particle_sets": [{"name": "p", "density": 900, "material": "wax"}], "materials": [{"name": "wax"}],
+        "gravity_direction": [0, 0, -1], "gravity": 9.81, "wall_material": "wax", "params": {},
+        "container": {"path": "tube.stl"},
+    }  # fmt: skip
+    bed = make_bed([[1, 1, 1]], 0.5, box_container((0, 0, 0), (2, 2, 2)), provenance={"settings": settings})
+    save_bed(bed, tmp_path / "bed.npz")
+    without = read_bed(tmp_path / "bed.npz")
+    assert without.provenance["walls"] == "not known"
+    save_bed(without, tmp_path / "again.npz")
+    assert "walls" not in read_bed(tmp_path / "again.npz", bed.container).provenance

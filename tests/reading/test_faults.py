@@ -27,6 +27,10 @@ FAULTS = {
     "underscore": ("1 2 3 4\n1 2 3 1_0\n", r":2: found radius '1_0'"),
     "short row": ("x y z r\n1 2 3 4\n1 2 3\n", r":3: found 3 values, expected 4: x, y, z, radius"),
     "cut row": ("x y z r mass\n1 2 3 4 5\n1 2 3 4", r":3: found 4 values, expected 5"),
+    "row that lacks a value": (
+        "x y z r mass\n1 2 3 4 5\n1 2 4 5\n1 2 3 4 5\n",
+        r":3: found 4 values, expected 5",
+    ),
     "three columns": ("1 2 3\n", r":1: found 3 columns without names, expected x y z radius, or the names"),
     "no radius": (
         "x,y,z,mass\n1,2,3,4\n",
@@ -40,7 +44,7 @@ FAULTS = {
     "zone": ("x,y,z,r,zone\n1,2,3,4,-1\n", "found zone numbers from -1 to -1"),
     "dump cut": (
         dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], count=3),
-        "found 1 rows .* the 3 that the file announces",
+        "found 1 row .* the 3 that the file announces",
     ),
     "dump cut in a line": (dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)])[:-3], "found a last line without an end"),
     "dump cut in its head": (dump_text([])[:60], r":1: found no line ITEM: ATOMS"),
@@ -59,7 +63,7 @@ FAULTS = {
         "expected three lines of two numbers, the lower one first",
     ),
     "dump without a box": (dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], box=()), "box bounds that are none"),
-    "data cut": (f"{HEAD}Atoms\n\n1 1 0.2 2500 0 0 0\n", "found 1 rows .* the 2 that the file announces"),
+    "data cut": (f"{HEAD}Atoms\n\n1 1 0.2 2500 0 0 0\n", "found 1 row .* the 2 that the file announces"),
     "data without atoms": (HEAD, "found no section Atoms"),
     "data without rows": (f"{HEAD}Atoms\n\n", "found no rows"),
     "data of points": (
@@ -70,7 +74,7 @@ FAULTS = {
         f"{HEAD}Atoms\n\n1 1 0.2 2500 0 0 0\n1 1 0.2\n",
         r":8: found 3 values, expected 7: id, type, diameter",
     ),
-    "xyz cut": (XYZ, "found 1 rows .* the 2 that the file announces"),
+    "xyz cut": (XYZ, "found 1 row .* the 2 that the file announces"),
     "xyz of a line": ("2\n", r":1: found nothing after the number of spheres"),
     "xyz without properties": (
         "1\nwater\nO 0 0 0\n",

@@ -65,3 +65,8 @@ def test_positions_of_few_digits_are_told_where_overlaps_may_be_rounding(tmp_pat
     assert remark("12.3456 1 1 0.01\n", None) is None
     assert remark("12.34567890123 1 1 0.01\n") is None
     assert remark("12 1 1 0.01\n") is None
+
+
+def test_a_few_spheres_far_apart_are_taken(tmp_path):
+    rows = "".join(f"{each / 9!r} {each % 3} {each % 2} 0.001\n" for each in range(10))
+    assert read_bed(text_file(tmp_path, rows)).count == 10
