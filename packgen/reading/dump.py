@@ -39,6 +39,8 @@ def read_dump(text: Text, step: int | None) -> SphereFile:
         ReadError: It is not what a dump is, or has no radii.
     """
     starts = _starts(text.data)
+    if not starts:
+        raise fault(text.path, "no line ITEM: TIMESTEP", "one at the start of each step", remedy=EARLIER)
     steps = [_timestep(text, start) for start in starts]
     place = place_of_step(text.path, steps, step)
     stop = starts[place + 1] if place + 1 < len(starts) else len(text.data)
@@ -162,5 +164,5 @@ def _box(text: Text, head: _Head, start: int) -> tuple[Float64Array, Float64Arra
     if bounds[:, 2:].any():
         raise fault(text.path, "a box that is tilted", "one whose edges lie along x, y and z", place=line)
     flags = [word for word in name.split()[2:] if len(word) == 2]
-    x, y, z = (flag == "pp" for flag in (flags or ["ff"] * 3))
+    x, y, z = (flag == "pp" for flag in (flags if len(flags) == 3 else ["ff"] * 3))
     return bounds[:, 0], bounds[:, 1], (x, y, z)

@@ -56,7 +56,7 @@ def read_npz(path: Path) -> SphereFile:
 
 def _load(path: Path) -> dict[str, Any]:
     try:
-        with np.load(path) as stored:
+        with path.open("rb") as file, np.load(file) as stored:
             return {name: stored[name] for name in stored.files}
     except OSError:
         raise

@@ -6,12 +6,17 @@ Arrays of the points: ``radius`` or ``diameter``, and where there are any ``id``
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from packgen.arrays import Float64Array
+from packgen.leftovers import SCRATCH, owner
+from packgen.reading import vtk_points
 from packgen.reading.faults import Faults, fault
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
 from packgen.reading.spheres import SphereFile, from_columns
@@ -52,46 +57,16 @@ def read_vtk(path: Path) -> SphereFile:
 
 
 def _load(path: Path) -> tuple[Float64Array, dict[str, Any]]:
-    """Return points (N, 3) and their arrays by name."""
-    from vtkmodules.util import numpy_support
-    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
-
-    to_numpy: Any = numpy_support.vtk_to_numpy
-    said, window = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    try:
-        # VTK prints what is wrong and goes on with a part of the file: what it prints is an error here.
-        vtkOutputWindow.SetInstance(said)
-        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-        reader = _reader(path.suffix.lower())
-        reader.SetFileName(str(path))
-        reader.Update()
-        mesh = reader.GetOutput()
-        if said.GetOutput().strip() or mesh is None or mesh.GetPoints() is None:
-            raise ValueError
-        points = np.array(to_numpy(mesh.GetPoints().GetData()), dtype=np.float64)
-        data = mesh.GetPointData()
-        arrays = [data.GetArray(index) for index in range(data.GetNumberOfArrays())]
-        return points, {str(each.GetName()): to_numpy(each) for each in arrays if each is not None}
-    except (ValueError, AttributeError) as error:
-        raise fault(
-            path, "what VTK cannot read as points", f"a whole file of the kind {path.suffix}",
-            remedy="is it complete, and of the format that its ending says?",
-        ) from error  # fmt: skip
-    finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
-        vtkOutputWindow.SetInstance(window)
-
-
-def _reader(suffix: str) -> Any:
-    """Return VTK's reader of files with an ending."""
-    if suffix == ".vtk":
-        from vtkmodules.vtkIOLegacy import vtkDataSetReader
-
-        reader = vtkDataSetReader()
-        reader.ReadAllScalarsOn()
-        reader.ReadAllFieldsOn()
-        return reader
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
-
-    return vtkXMLPolyDataReader() if suffix == ".vtp" else vtkXMLUnstructuredGridReader()
+    """Return points (N, 3) and their arrays by name, read by a process of its own."""
+    with tempfile.TemporaryDirectory(prefix=f"{SCRATCH}{owner()}-") as folder:
+        target = Path(folder) / "points.npz"
+        command = [sys.executable, "-P", vtk_points.__file__, str(path.resolve()), str(target)]
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        if done.returncode != 0 or not target.exists():
+            raise fault(
+                path, "what VTK cannot read as points", f"a whole file of the kind {path.suffix}",
+                remedy="is it complete, and of the format that its ending says?",
+            )  # fmt: skip
+        with np.load(target) as stored:
+            names = stored["names"].tolist()
+            return stored["points"], {name: stored[f"array_{place}"] for place, name in enumerate(names)}
