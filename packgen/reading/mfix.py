@@ -64,11 +64,10 @@ def _count(text: Text, head: list[str]) -> int:
 
 def _options(text: Text, head: list[str]) -> tuple[dict[str, list[str]], int]:
     """Return the words after each option's name, and how many lines there are up to the last option."""
-    start = next((at for at, line in enumerate(head) if line.strip().startswith("Coordinates:")), None)
+    starts = ("Coordinates: T", "Coordinates: F")
+    start = next((at for at, line in enumerate(head) if " ".join(line.split()).startswith(starts)), None)
     if start is None:
-        raise fault(
-            text.path, "no line Coordinates:", "one among the options", remedy="is the file complete?"
-        )
+        raise fault(text.path, "no line Coordinates: T", "one among the options", remedy="is it complete?")
     options: dict[str, list[str]] = {}
     for place, line in enumerate(head[start:], start=start):
         name, colon, value = line.partition(":")

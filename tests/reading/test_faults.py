@@ -47,6 +47,7 @@ FAULTS = {
         "found 1 row .* the 3 that the file announces",
     ),
     "dump cut in a line": (dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)])[:-3], "found a last line without an end"),
+    "dump of one word": ("ITEM: TIMEST\n", "found no line ITEM: TIMESTEP, expected one at the start of"),
     "dump cut in its head": (dump_text([])[:60], r":1: found no line ITEM: ATOMS"),
     "dump without radii": (
         dump_text([(1, 0.0, 0.0, 0.0)], "id x y z"),
@@ -107,8 +108,10 @@ def test_a_file_that_is_not_what_it_claims_is_refused_with_a_line(tmp_path, name
     assert caught.value.exit_code == 2
 
 
-@pytest.mark.parametrize("name", WRITTEN)
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+CUTS = [(name, share) for name in WRITTEN for share in (0.3, 0.6, 0.9) if name not in ("vtk", "vtu")]
+
+
+@pytest.mark.parametrize(("name", "share"), [*CUTS, ("vtk", 0.6), ("vtu", 0.6)])
 def test_every_format_that_knows_its_length_refuses_a_file_cut_short(tmp_path, name, share):
     path = write(mixed_bed(300), name, tmp_path)
     whole = path.read_bytes()
@@ -126,8 +129,13 @@ def test_every_format_that_knows_its_length_refuses_a_file_cut_short(tmp_path, n
     assert len(str(caught.value).splitlines()) <= 21
 
 
-@pytest.mark.parametrize("ending", ["npz", "vtp", "vtu", "vtk"])
-@pytest.mark.parametrize("content", [b"", b"1 2 3 4\n", b"PK\3\4 no archive", b"<VTKFile type='PolyData'>"])
+@pytest.mark.parametrize(
+    ("ending", "content"),
+    [
+        ("npz", b""), ("npz", b"1 2 3 4\n"), ("npz", b"PK\3\4 no archive"), ("npz", b"\x93NUMPY"),
+        ("vtp", b""), ("vtp", b"1 2 3 4\n"), ("vtu", b"<VTKFile type='PolyData'>"), ("vtk", b"PK\3\4"),
+    ],
+)  # fmt: skip
 def test_a_file_whose_ending_lies_is_refused(tmp_path, ending, content, capfd):
     path = tmp_path / f"bed.{ending}"
     path.write_bytes(content)
@@ -202,6 +210,7 @@ def test_glued_spheres_of_mfix_are_refused(tmp_path):
         read_spheres(text_file(tmp_path, text))
     for before, after, expected in (
         ("Coordinates: T", "Coordinates: F", "positions in the rows"),
+        ("Coordinates: T", "Coordinates: x", "no line Coordinates: T"),
         ("Particles: 3", "Particles: many", "the number of particles 'many'"),
         ("Density: T", "Density: F", "found Density: F, expected T, or"),
     ):
@@ -215,3 +224,12 @@ def test_values_are_shown_short_and_in_plain_characters(tmp_path):
     line = str(caught.value)
     assert "\\x1b[31mxxx" in line
     assert len(line) < len(str(tmp_path)) + 150
+
+
+def test_a_file_on_which_vtk_ends_its_process_is_a_fault(tmp_path):
+    path = write(mixed_bed(20), "vtk", tmp_path)
+    data = path.read_bytes()
+    assert b'NumberOfPoints="20"' in data
+    path.write_bytes(data.replace(b'NumberOfPoints="20"', b'NumberOfPoints="99999999999999"'))
+    with pytest.raises(ReadError, match="what VTK cannot read as points"):
+        read_spheres(path)
