@@ -160,6 +160,11 @@ class Bed:
         return bool(self.gravity.any()) and not self.endless
 
     @property
+    def weights_known(self) -> bool:
+        """Whether the density of every set is known; that of a bed from elsewhere may not be."""
+        return not any(np.isnan(each.density) for each in self.particle_sets)
+
+    @property
     def acceleration(self) -> Float64Array:
         """Acceleration for the solvers [m/s2], shape (3,): that of gravity, zero in an endless bed."""
         return np.zeros(3) if self.endless else self.gravity

@@ -8,10 +8,17 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
-
+from packgen.amounts import (
+    SetTotal,
+    ZoneCount,
+    ZoneOutcome,
+    mass_text,
+    set_totals,
+    unfilled,
+    zone_counts,
+)
 from packgen.arrays import Float64Array
 from packgen.bed import UNKNOWN, Bed
 from packgen.bedfile import plain
@@ -44,57 +51,7 @@ from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
-from packgen.measure.volumes import sphere_volume
 from packgen.version import __version__
-
-
-class ZoneOutcome(Protocol):
-    """The part of a zone's result that the report needs.
-
-    It may also have ``solid_fraction_asked`` and ``solid_fraction``; see ``ZoneCount``.
-    """
-
-    @property
-    def asked(self) -> int | None:
-        """Number of spheres asked for; None: until full."""
-
-    @property
-    def placed(self) -> int:
-        """Number of spheres placed."""
-
-
-@dataclass(frozen=True, slots=True)
-class ZoneCount:
-    """Spheres of a zone.
-
-    Attributes:
-        asked: Number asked for; None: until full.
-        placed: Number placed.
-        solid_fraction_asked: Solid fraction asked for, of all of the zone; None: none was.
-        solid_fraction: The one reached; None: none was asked for.
-    """
-
-    asked: int | None
-    placed: int
-    solid_fraction_asked: float | None = None
-    solid_fraction: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class SetTotal:
-    """Totals of a particle set.
-
-    Attributes:
-        name: Its name.
-        count: Number of its spheres.
-        volume: Their solid volume [m3].
-        mass: Their mass [kg]; None where their density is not known.
-    """
-
-    name: str
-    count: int
-    volume: float
-    mass: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +100,7 @@ class Measures:
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
-        return (*_unfilled(self.zones), *self.overlap.faults())
+        return (*unfilled(self.zones), *self.overlap.faults())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,7 +161,7 @@ class Report(Measures):
         walls = self.settings.get("walls") != UNKNOWN
         rows = [
             ("spheres", f"{self.sphere_count:,}{wanted}"),
-            ("mass", _mass_text(self.sets)),
+            ("mass", mass_text(self.sets)),
             ("solid fraction, filled volume", f"{solid.filled:.4f}{'' if by_core else beside}"),
             ("solid fraction, core", f"{solid.core:.4f}{beside}" if by_core else solid.core_rule),
             ("largest overlap", f"{check.overlap_max:.3g} r (tolerance {tolerance})"),
@@ -305,15 +262,6 @@ def measure_bed(
         The measures.
     """
     found = check if check is not None else check_bed(bed)
-    counts = tuple(
-        ZoneCount(
-            zone.asked,
-            zone.placed,
-            getattr(zone, "solid_fraction_asked", None),
-            getattr(zone, "solid_fraction", None),
-        )
-        for zone in zones
-    )
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
     compared = [
         sizes(each.name, bed.radius[bed.set_index == index], by_law[index])
@@ -337,8 +285,8 @@ def measure_bed(
     touching, gaps = contacts.result()
     return Measures(
         sphere_count=bed.count,
-        zones=counts,
-        sets=_totals(bed),
+        zones=zone_counts(zones),
+        sets=set_totals(bed),
         overlap=found,
         solid_fraction=solid.result(),
         close_packing=packing,
@@ -357,53 +305,8 @@ def measure_bed(
 
 def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:
     """Return the predicted forces; where the check found no overlap at all, a second search finds none."""
-    if (
-        not bed.gravity.any()
-        or not bed.materials
-        or any(np.isnan(each.density) for each in bed.particle_sets)
-    ):
+    if not (bed.gravity.any() and bed.materials and bed.weights_known):
         return None
     if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
         return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)
     return predicted_forces(bed, clearance)
-
-
-def _unfilled(zones: Sequence[ZoneCount]) -> list[str]:
-    """Return a line for each zone that did not get its spheres."""
-    lines = []
-    for index, zone in enumerate(zones):
-        if zone.asked is not None and zone.placed < zone.asked:
-            lines.append(
-                f"zones[{index}]: {zone.placed:,} of {zone.asked:,} spheres placed, "
-                f"{zone.asked - zone.placed:,} did not fit{_reached(zone)}; enlarge the zone or ask for fewer"
-            )
-        elif zone.asked is None and zone.placed == 0:
-            lines.append(
-                f"zones[{index}]: not one sphere placed; enlarge the zone, or leave it out if others fill it"
-            )
-    return lines
-
-
-def _reached(zone: ZoneCount) -> str:
-    """Return what is said of the solid fraction of a zone that did not get all spheres."""
-    if zone.solid_fraction_asked is None:
-        return ""
-    return f": a solid fraction of {zone.solid_fraction:.4f} is possible, not {zone.solid_fraction_asked:.4f}"
-
-
-def _totals(bed: Bed) -> tuple[SetTotal, ...]:
-    """Return count, volume and mass of each set."""
-    volume = sphere_volume(bed.radius)
-    totals = []
-    for index, each in enumerate(bed.particle_sets):
-        chosen = bed.set_index == index
-        solid = float(volume[chosen].sum())
-        mass = None if np.isnan(each.density) else solid * each.density
-        totals.append(SetTotal(each.name, int(chosen.sum()), solid, mass))
-    return tuple(totals)
-
-
-def _mass_text(sets: Sequence[SetTotal]) -> str:
-    """Return the mass of all sets as text."""
-    masses = [each.mass for each in sets if each.mass is not None]
-    return f"{sum(masses):,.6g} kg" if len(masses) == len(sets) else UNKNOWN

@@ -62,9 +62,11 @@ def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Stand
         whole_max: Most spheres of a bed that is looked at as a whole; blocks of larger ones are.
 
     Returns:
-        The findings; None without spheres, without gravity or a floor, and of spheres joined to bodies.
+        The findings; None without spheres, without gravity or a floor, of spheres joined to bodies, and where
+        materials, densities or walls are not known.
     """
-    if bed.count == 0 or not bed.rests or bed.body_index is not None:
+    known = bed.materials and bed.weights_known and bed.container.walls_known
+    if not known or bed.count == 0 or not bed.rests or bed.body_index is not None:
         return None
     chosen = None if bed.count <= whole_max else _blocks(bed)
     structure = structure_of(bed, gap, chosen)

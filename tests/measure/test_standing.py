@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -121,3 +122,14 @@ def test_beds_that_rest_on_nothing_are_not_asked():
     assert standing(make_bed(np.empty((0, 3)), 0.1, bed.container)) is None
     assert standing(fcc_bed(sides=(True, True, True))) is None
     assert standing(replace(bed, body_index=np.zeros(bed.count, np.int32))) is None
+
+
+def test_beds_of_unknown_weight_friction_or_walls_are_not_asked():
+    bed = fcc_bed()
+    sets = tuple(replace(each, density=math.nan) for each in bed.particle_sets)
+    for unknown in (
+        replace(bed, particle_sets=sets),
+        replace(bed, materials=()),
+        replace(bed, container=replace(bed.container, walls_known=False)),
+    ):
+        assert standing(unknown) is None

@@ -1,0 +1,115 @@
+"""Amounts asked for and reached: the spheres of each zone, count, volume and mass of each set."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from packgen.bed import UNKNOWN, Bed
+from packgen.measure.volumes import sphere_volume
+
+
+class ZoneOutcome(Protocol):
+    """The part of a zone's result that the report needs.
+
+    It may also have ``solid_fraction_asked`` and ``solid_fraction``; see ``ZoneCount``.
+    """
+
+    @property
+    def asked(self) -> int | None:
+        """Number of spheres asked for; None: until full."""
+
+    @property
+    def placed(self) -> int:
+        """Number of spheres placed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneCount:
+    """Spheres of a zone.
+
+    Attributes:
+        asked: Number asked for; None: until full.
+        placed: Number placed.
+        solid_fraction_asked: Solid fraction asked for, of all of the zone; None: none was.
+        solid_fraction: The one reached; None: none was asked for.
+    """
+
+    asked: int | None
+    placed: int
+    solid_fraction_asked: float | None = None
+    solid_fraction: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetTotal:
+    """Totals of a particle set.
+
+    Attributes:
+        name: Its name.
+        count: Number of its spheres.
+        volume: Their solid volume [m3].
+        mass: Their mass [kg]; None where their density is not known.
+    """
+
+    name: str
+    count: int
+    volume: float
+    mass: float | None
+
+
+def zone_counts(zones: Sequence[ZoneOutcome]) -> tuple[ZoneCount, ...]:
+    """Return what was asked of zones, and what was placed."""
+    return tuple(
+        ZoneCount(
+            zone.asked,
+            zone.placed,
+            getattr(zone, "solid_fraction_asked", None),
+            getattr(zone, "solid_fraction", None),
+        )
+        for zone in zones
+    )
+
+
+def unfilled(zones: Sequence[ZoneCount]) -> list[str]:
+    """Return a line for each zone that did not get its spheres."""
+    lines = []
+    for index, zone in enumerate(zones):
+        if zone.asked is not None and zone.placed < zone.asked:
+            lines.append(
+                f"zones[{index}]: {zone.placed:,} of {zone.asked:,} spheres placed, "
+                f"{zone.asked - zone.placed:,} did not fit{_reached(zone)}; enlarge the zone or ask for fewer"
+            )
+        elif zone.asked is None and zone.placed == 0:
+            lines.append(
+                f"zones[{index}]: not one sphere placed; enlarge the zone, or leave it out if others fill it"
+            )
+    return lines
+
+
+def _reached(zone: ZoneCount) -> str:
+    """Return what is said of the solid fraction of a zone that did not get all spheres."""
+    if zone.solid_fraction_asked is None:
+        return ""
+    return f": a solid fraction of {zone.solid_fraction:.4f} is possible, not {zone.solid_fraction_asked:.4f}"
+
+
+def set_totals(bed: Bed) -> tuple[SetTotal, ...]:
+    """Return count, volume and mass of each set."""
+    volume = sphere_volume(bed.radius)
+    totals = []
+    for index, each in enumerate(bed.particle_sets):
+        chosen = bed.set_index == index
+        solid = float(volume[chosen].sum())
+        mass = None if np.isnan(each.density) else solid * each.density
+        totals.append(SetTotal(each.name, int(chosen.sum()), solid, mass))
+    return tuple(totals)
+
+
+def mass_text(sets: Sequence[SetTotal]) -> str:
+    """Return the mass of all sets as text."""
+    masses = [each.mass for each in sets if each.mass is not None]
+    return f"{sum(masses):,.6g} kg" if len(masses) == len(sets) else UNKNOWN
