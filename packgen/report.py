@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,6 +24,7 @@ from packgen.bed import UNKNOWN, Bed
 from packgen.bedfile import plain
 from packgen.check import Check, check_bed, wall_clearance
 from packgen.cores import free_cores
+from packgen.jamming import Jamming
 from packgen.measure import (
     ClosePacking,
     Contacts,
@@ -79,6 +80,7 @@ class Measures:
             without gravity, or where materials or densities are not known.
         stands_at_friction: Whether the contacts can carry the bed's weight, and from what friction on; None
             of a bed that rests on nothing, and of spheres joined to bodies.
+        jamming: How the bed is jammed, and the proof; None of other algorithms than JAMMED.
     """
 
     sphere_count: int
@@ -97,6 +99,7 @@ class Measures:
     order: LocalOrder
     step_zero: PredictedForces | None
     stands_at_friction: Standing | None
+    jamming: Jamming | None = None
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
@@ -175,6 +178,8 @@ class Report(Measures):
             rows.append(("largest step-0 force, predicted", f"{self.step_zero.force_max:.3g} W"))
         if self.stands_at_friction is not None:
             rows.append(("stands from a friction of", self.stands_at_friction.as_text()))
+        if self.jamming is not None:
+            rows += [("jammed", self.jamming.line()), ("container", self.jamming.container_line())]
         rows += [
             (f"size curve of {each.name}, off by", f"{each.by_mass.distance_max:.2%} by mass")
             for each in self.sizes
@@ -199,9 +204,12 @@ def build_report(
     check: Check | None = None,
     clearance: Float64Array | None = None,
     threads: int | None = None,
+    jamming: Jamming | None = None,
 ) -> Report:
     """Measure a bed, as `measure_bed` does; the report has no timings, memory and files."""
-    measures = measure_bed(bed, zones=zones, laws=laws, check=check, clearance=clearance, threads=threads)
+    measures = measure_bed(
+        bed, zones=zones, laws=laws, check=check, clearance=clearance, threads=threads, jamming=jamming
+    )
     return compose_report(measures, bed.provenance)
 
 
@@ -246,6 +254,7 @@ def measure_bed(
     check: Check | None = None,
     clearance: Float64Array | None = None,
     threads: int | None = None,
+    jamming: Jamming | None = None,
 ) -> Measures:
     """Measure a bed.
 
@@ -257,6 +266,7 @@ def measure_bed(
         clearance: Distance of each centre from the nearest wall [m], exact up to `WALL_REACH` radii, where it
             is known; shape (N,).
         threads: Threads to use; None: as many as cores are free. The numbers do not depend on it.
+        jamming: How the bed is jammed, where its algorithm tells.
 
     Returns:
         The measures.
@@ -300,6 +310,7 @@ def measure_bed(
         order=order.result(),
         step_zero=forces.result(),
         stands_at_friction=stands.result(),
+        jamming=None if jamming is None else replace(jamming, crystal=order.result().crystal),
     )
 
 

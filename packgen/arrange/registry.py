@@ -32,6 +32,7 @@ BUILTIN = MappingProxyType(
         DEFAULT: "packgen.arrange.collective",
         "ADAM": "packgen.arrange.adam",
         "DISPERSED": "packgen.arrange.dispersed",
+        "JAMMED": "packgen.arrange.jammed",
     }
 )
 

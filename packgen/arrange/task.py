@@ -11,6 +11,7 @@ import numpy as np
 from packgen.arrange.spheres import Spheres
 from packgen.arrays import Float64Array
 from packgen.geometry import Container, Shape, Slice
+from packgen.jamming import Jamming
 
 if TYPE_CHECKING:
     from packgen.supply.supply import Supply
@@ -164,8 +165,26 @@ class Task:
         return None if None in asked else sum(each or 0 for each in asked)
 
 
-Algorithm = Callable[[Task], Spheres]
-"""Fills the zones of a task; what found no place stays in the zones' supplies."""
+@dataclass(frozen=True, eq=False, slots=True)
+class Outcome:
+    """Spheres, and the container that an algorithm has fitted to them.
+
+    Attributes:
+        spheres: The spheres.
+        container: The container that they are in.
+        jamming: How they are jammed; None: that is not known.
+    """
+
+    spheres: Spheres
+    container: Container
+    jamming: Jamming | None = None
+
+
+Algorithm = Callable[[Task], Spheres | Outcome]
+"""Fills the zones of a task; what found no place stays in the zones' supplies.
+
+An algorithm that leaves the container as it is returns spheres alone.
+"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

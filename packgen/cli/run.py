@@ -161,8 +161,9 @@ def _measure(scene: Scene, packed: PackResult, threads: int | None, watch: Stopw
     with watch.stage("measure"):
         laws = [each.distribution for each in scene.particle_sets]
         return measure_bed(
-            bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads
-        )
+            bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads,
+            jamming=packed.jamming,
+        )  # fmt: skip
 
 
 def _write(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tuple[str, ...]:

@@ -46,6 +46,7 @@ class Amounts:
 
     def __init__(self, scene: Scene, container: Container) -> None:
         self._scene, self._container = scene, container
+        self._fitted = getattr(scene.params, "fits_container", False)
         self._zones = [_asked(zone, scene) for zone in scene.zones]
         self._remark = units_remark(
             scene,
@@ -93,7 +94,7 @@ class Amounts:
                 f"expected at most {COUNT_LIMIT:,}; {self._remark}"
             ]
         asked = zone.count * zone.mean_volume
-        if asked <= EQUAL_SPHERES * room:
+        if self._fitted or asked <= EQUAL_SPHERES * room:
             return []  # mixtures are denser than equal spheres
         densest, packing = self._densest(room, width, zone.sizes), self._packing
         if asked <= densest * room:
@@ -114,7 +115,7 @@ class Amounts:
         volume, width = self._container.volume, width_of(self._container)
         counted = [(zone, zone.count) for zone in self._zones if zone.count]
         solid = sum(count * zone.mean_volume for zone, count in counted)
-        if solid <= EQUAL_SPHERES * volume:
+        if self._fitted or solid <= EQUAL_SPHERES * volume:
             return []
         # One mixture or one above the other, whichever is denser.
         kinds = [
@@ -144,7 +145,8 @@ class Amounts:
                 )
         width, _ = narrowest(bounds, self._container.periodic)
         widest = 2.0 * max(zone.sizes.radius_max for zone in self._zones)
-        if all(zone.count is not None for zone in self._zones) and VAST * widest < width < np.inf:
+        counted = all(zone.count is not None for zone in self._zones)
+        if counted and not self._fitted and VAST * widest < width < np.inf:
             lines.append(
                 f"{scene.mark('container')}: container: {extent_text(bounds)}, {width / widest:,.0f} times "
                 f"as wide as the largest sphere; {self._remark}"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
-from packgen.arrange.task import Listener, Setting, Task, ZoneTask, no_listener
+from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
 from packgen.bed import Bed, ParticleSet
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
@@ -20,6 +20,7 @@ from packgen.filling.remarks import remarks
 from packgen.filling.room import Locations
 from packgen.filling.softness import check_softness
 from packgen.geometry import Container, Shape, Slice, floor_direction
+from packgen.jamming import Jamming
 from packgen.portable import cube, length
 from packgen.supply.fitting import SumFit
 from packgen.supply.supply import Supply
@@ -59,11 +60,12 @@ class ZoneResult:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PackResult:
-    """The bed, what became of each zone, and a line for each thing that looks wrong before or after."""
+    """The bed, what became of each zone, a line for each thing that looks wrong, and how the bed is jammed."""
 
     bed: Bed
     zones: tuple[ZoneResult, ...]
     warnings: tuple[str, ...] = ()
+    jamming: Jamming | None = None
 
 
 def pack(
@@ -117,9 +119,10 @@ def pack(
     task = _task(asked, setting, locations, on_progress or no_listener)
     zones = task.zones
     _check_periods(scene, container, zones)
-    spheres = algorithm(task)
-    bed, results = _bed(scene, container, spheres), _results(spheres, zones, wanted)
-    return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)))
+    made = algorithm(task)
+    outcome = made if isinstance(made, Outcome) else Outcome(made, container)
+    bed, results = _bed(scene, outcome), _results(outcome.spheres, zones, wanted)
+    return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)), outcome.jamming)
 
 
 def _task(scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener) -> Task:
@@ -198,7 +201,8 @@ def _check_device(device: str) -> None:
         )
 
 
-def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
+def _bed(scene: Scene, outcome: Outcome) -> Bed:
+    spheres = outcome.spheres
     sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
     provenance: dict[str, Any] = {
         "packgen": __version__,
@@ -207,9 +211,11 @@ def _bed(scene: Scene, container: Container, spheres: Spheres) -> Bed:
         "algorithm": scene.algorithm,
         "settings": scene.model_dump(),
     }
+    if outcome.jamming is not None:
+        provenance["jamming"] = asdict(outcome.jamming)
     return Bed(
         spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
-        sets, scene.materials, scene.wall_material, container,
+        sets, scene.materials, scene.wall_material, outcome.container,
         np.asarray(scene.gravity_direction, float) * scene.gravity + 0.0,  # no negative zeros
         scene.tolerance,
         provenance,

@@ -108,9 +108,25 @@ def _structure(report: Mapping[str, Any]) -> list[Figure]:
     return figures + _balance(report)
 
 
+def _jammed(report: Mapping[str, Any]) -> list[Figure]:
+    """Return the figures of a jammed bed."""
+    jamming = report.get("jamming")
+    if not jamming:
+        return []
+    verdict = "proven" if jamming["proven"] else "not proven"
+    label = f"Jammed ({jamming['certificate']}), contacts beyond isostatic"
+    excess = jamming["isostatic_excess"]
+    value = f"{excess:+,} of {jamming['contacts']:,}, {verdict}"
+    scaled = f"{jamming['factor']:.6g} times that asked for"
+    return [
+        Figure(label, value, key="jamming.isostatic_excess", exact=excess),
+        Figure("Container", scaled, key="jamming.factor", exact=jamming["factor"]),
+    ]
+
+
 def _balance(report: Mapping[str, Any]) -> list[Figure]:
     """Return the figures of what carries the spheres; reports of older versions have none."""
-    figures = []
+    figures = _jammed(report)
     number = report.get("coordination") or {}
     if number.get("plateau") is not None:
         low, high = number["plateau_low"], number["plateau_high"]

@@ -1,1 +1,1 @@
-"""Mathematical programmes over the contacts of a bed: plain arrays in and out, no bed, scene or report."""
+"""Mathematical programmes over the contacts of spheres: plain arrays in and out, no bed, scene or report."""

@@ -1,0 +1,1 @@
+"""JAMMED: spheres without gravity, pressed against each other until nothing can move."""
