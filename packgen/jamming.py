@@ -60,7 +60,9 @@ class Jamming:
 
     def container_line(self) -> str:
         """Return what gave way, in a line."""
-        asked, reached = (" x ".join(f"{each:.6g}" for each in size) for size in (self.extent_asked, self.extent))
+        asked, reached = (
+            " x ".join(f"{each:.6g}" for each in size) for size in (self.extent_asked, self.extent)
+        )
         if self.adjusted == "container":
             return f"{reached} m, {self.factor:.6g} times the {asked} m asked for"
         return f"{reached} m as asked for; all spheres could grow by {self.slack:.2%} of their volume"

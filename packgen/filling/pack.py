@@ -173,13 +173,14 @@ def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]
         return
     place = f"{scene.mark('container.periodic')}: container.periodic"
     lengths = container.bounds[1] - container.bounds[0]
+    fitted = getattr(scene.params, "fits_container", False)  # then the algorithm knows how long it becomes
     least = PERIOD_MIN * max(float(zone.gap.half(np.array(zone.supply.radius_max))) for zone in zones)
     faults = [
         f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
         f"{least:.4g} m, two diameters of the largest sphere, so that none meets another one twice; "
         f"make it longer or leave {'xyz'[axis]} out"
         for axis in np.flatnonzero(container.periodic)
-        if lengths[axis] < least
+        if lengths[axis] < least and not fitted
     ]
     unsupported = getattr(scene.params, "unsupported", None)
     faults += [

@@ -124,7 +124,9 @@ def _jammer(task: Task, zone: ZoneTask, region: Region) -> Jammer:
 
 def _with_fitting_container(task: Task, zone: ZoneTask) -> Outcome:
     supply, container = zone.supply, task.container
-    draw = supply.take(supply.remaining) if supply.remaining else _filling(supply, _plan(task, zone, None).full)
+    draw = (
+        supply.take(supply.remaining) if supply.remaining else _filling(supply, _plan(task, zone, None).full)
+    )
     solid = _solid(draw.radius)
     plan = _plan(task, zone, solid)
     _check_periods(zone, container, draw.radius, cube_root(solid / plan.full))

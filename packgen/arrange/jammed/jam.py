@@ -98,9 +98,11 @@ class Jammer:
         careful = len(radius) <= FEW if wish == "auto" else bool(wish)
         start = random_points(self._region, cube_root(grown) * radius, self._rng, self._place)
         bed = SoftBed(self._region, start, radius)
-        rest = self._decompress(bed, grown, FIRST if careful else COARSE)
         if careful:
-            rest = self._decompress(bed, rest.grown, CLOSE)
+            rest = self._decompress(bed, grown, FIRST, CLOSE.fine)
+            rest = self._decompress(bed, rest.grown, CLOSE, CLOSE.fine)
+        else:
+            rest = self._decompress(bed, grown, COARSE, COARSE.fine)
         center = bed.center
         if not self._region.holds(center).all():
             raise PackingError(
@@ -114,24 +116,22 @@ class Jammer:
                 pass
         return self._trimmed(center, radius, rest)
 
-    def _decompress(self, bed: SoftBed, grown: float, care: Care) -> Rest:
-        count = len(bed.radius)
-
+    def _decompress(self, bed: SoftBed, grown: float, care: Care, target: float) -> Rest:
         def tell(rest: Rest) -> None:
-            share = math.log(PRESSED_FIRST / max(rest.worst, care.fine)) / math.log(PRESSED_FIRST / care.fine)
-            self._listener(Progress("press", count, count, 1, min(max(share, 0.0), 1.0), 0))
+            share = math.log(PRESSED_FIRST / max(rest.worst, target)) / math.log(PRESSED_FIRST / target)
+            self._tell("press", max(share, 0.0))
 
-        self._listener(Progress("press", 0, count, 1, 0.0, 0))
+        self._tell("press", 0.0)
         return decompress(bed, grown, tell, care)
 
+    def _tell(self, stage: str, share: float) -> None:
+        self._listener(Progress(stage, 0, None, 1, share, 0))
+
     def _polished(self, center: Float64Array, radius: Float64Array, rest: Rest) -> Jammed:
-        count = len(radius)
-
-        def tell(number: int) -> None:
-            self._listener(Progress(f"programme {number + 1}", count, count, 1, 1.0, 0))
-
         polisher = Polisher(self._container, self._region.walls, self._located)
-        found = polisher.polished(center, radius, cube_root(rest.grown), tell)
+        found = polisher.polished(
+            center, radius, cube_root(rest.grown), lambda number: self._tell(f"programme {number + 1}", 1.0)
+        )
         return Jammed(
             found.center, found.factor, "programme", found.proven, found.held, found.contacts, found.excess,
             found.residual, self._overlap(found.center, radius, found.factor), found.gap, rest.pressure,

@@ -18,11 +18,20 @@ from packgen.programmes.steps import Pins, Step, largest_step
 REACH_FIRST = 2.0e-3
 """Largest move along an axis of the first step, in mean radii."""
 
-NARROWER = 3.0
-"""The next one's, in moves of the step before."""
+REACH_MAX, REACH_LAST = 0.1, 1.0e-7
+"""Largest and least reach of a step, in mean radii."""
+
+LONGER, SHORTER = 3.0, 0.3
+"""The next reach in that of the step before, where this was all that kept the spheres, and where it was not."""
+
+WIDER = 3.0
+"""The next reach at most, in the moves of spheres that were held."""
+
+BACK = 0.1
+"""The next reach in that of a step that gained nothing: curved walls come nearer than their planes."""
 
 NEAR = 1.0e-6
-"""Distance beyond the reach of a step up to which rows are listed, and least reach, in mean radii."""
+"""Distance beyond the reach of a step up to which rows are listed, in mean radii."""
 
 ROUNDS = 12
 """Programmes at most."""
@@ -30,11 +39,17 @@ ROUNDS = 12
 DONE = 1.0e-12
 """Gain of all radii that is none."""
 
+BALANCED = 1.0e-9
+"""Largest sum of forces upon a sphere, in mean forces, of one that is not kept by the reach of its step."""
+
 TOUCHING = 1.0e-9
 """Largest gap of a contact, as a fraction of the smaller radius."""
 
-OVERLAP = 1.0e-12
-"""Largest overlap that is rounding, as a fraction of the smaller radius."""
+ROUNDING = 1.0e-12
+"""Share of the radii that is rounding."""
+
+HARD = 0.02
+"""Distance of surfaces up to which overlaps and contacts are sought, in mean radii."""
 
 BEARING = 1.0e-9
 """Least force of a row that bears one, in mean forces."""
@@ -144,29 +159,55 @@ class Polisher:
             NoSolutionError: A programme was not solved.
         """
         unit = factor * float(radius.mean())
-        reach, gain = REACH_FIRST * unit, np.inf
+        reach = REACH_FIRST * unit
+        center, factor = self._hard(center, radius, factor)
         for number in range(ROUNDS):
             tell(number)
-            center = self.walls.seams.wrapped(center)
             within = 2.0 * float(np.sqrt(3.0)) * reach + NEAR * unit
             near = Meetings.around(center, radius, factor, self.walls, within).one_a_wall(center)
-            factor = near.largest_factor(center)
             step = self._step(near, center, factor, reach)
-            bones, gain = Bones.of(near, step), step.gain
-            moved, grown = center + step.move, factor * float(np.sqrt(1.0 + gain))
-            exact = exact_contacts(
-                bones.contacts, moved, grown, self._pins(moved, bones.spheres), bones.spheres
-            )
+            bones = Bones.of(near, step)
+            moved, grown = center + step.move, factor * float(np.sqrt(1.0 + step.gain))
+            exact = self._exact(bones, moved, grown)
             if exact is not None:
-                solved = Bones(bones.contacts, exact.pair_force, exact.wall_force)
-                if solved.press:
-                    bones, moved, grown, gain = solved, exact.center, exact.factor, 0.0
-            if gain <= DONE and self._fits(moved, radius, grown):
+                return self._result(*exact, number + 1, proven=True)
+            balanced = bones.residual(center) <= BALANCED
+            if step.gain <= DONE and balanced:
+                return self._result(bones, center, factor, number + 1, proven=True)
+            moved, grown = self._hard(moved, radius, grown)
+            if grown > factor:
+                center, factor = moved, grown
+                way = WIDER * float(np.abs(step.move[bones.spheres]).max())
+                reach = min(SHORTER * reach, way) if balanced else min(LONGER * reach, REACH_MAX * unit)
+            else:
+                reach *= BACK
+            if reach < REACH_LAST * unit:
                 break
-            way = float(np.abs(step.move[bones.spheres]).max(initial=0.0))
-            reach = min(reach, max(NARROWER * way, NEAR * unit))
-            center, factor = moved, grown
-        return self._result(bones, moved, grown, number + 1, proven=gain <= DONE)
+        return self._result(bones, center, factor, number + 1, proven=False)
+
+    def _hard(self, center: Float64Array, radius: Float64Array, factor: float) -> tuple[Float64Array, float]:
+        """Return the centres in the box, and the largest common factor of the radii at which nothing overlaps."""
+        center = self.walls.seams.wrapped(center)
+        near = Meetings.around(center, radius, factor, self.walls, HARD * factor * float(radius.mean()))
+        return center, near.largest_factor(center)
+
+    def _exact(
+        self, bones: Bones, center: Float64Array, factor: float
+    ) -> tuple[Bones, Float64Array, float] | None:
+        """Return spheres near by whose contacts are exact, with their forces and common factor of the radii.
+
+        Returns:
+            None where there are none, some force does not press, or spheres that are not held overlap.
+        """
+        spheres, radius = bones.spheres, bones.contacts.radius
+        exact = exact_contacts(bones.contacts, center, factor, self._pins(center, spheres), spheres)
+        if exact is None:
+            return None
+        solved = Bones(bones.contacts, exact.pair_force, exact.wall_force)
+        if not (solved.press and solved.residual(exact.center) <= BALANCED):
+            return None
+        center, largest = self._hard(exact.center, radius, exact.factor)
+        return (solved, center, exact.factor) if largest >= exact.factor * (1.0 - ROUNDING) else None
 
     def _step(self, near: Meetings, center: Float64Array, factor: float, reach: float) -> Step:
         pairs, walls = near.rows(center, factor)
@@ -176,26 +217,20 @@ class Polisher:
     def _pins(self, center: Float64Array, members: Int64Array) -> Pins:
         return whole_moves(self.container, center, members, located=self.located)
 
-    def _fits(self, center: Float64Array, radius: Float64Array, factor: float) -> bool:
-        center = self.walls.seams.wrapped(center)
-        near = Meetings.around(center, radius, factor, self.walls, NEAR * factor * float(radius.mean()))
-        pair, wall = near.gaps(center, factor)
-        return bool(pair.min(initial=0.0) >= -OVERLAP and wall.min(initial=0.0) >= -OVERLAP)
-
     def _result(
         self, bones: Bones, center: Float64Array, factor: float, programmes: int, *, proven: bool
     ) -> Polished:
         radius, spheres = bones.contacts.radius, bones.spheres
         gap = max(float(np.abs(each).max(initial=0.0)) for each in bones.contacts.gaps(center, factor))
-        residual, ways = bones.residual(center), len(self._pins(center, spheres).sphere)
-        center = self.walls.seams.wrapped(center)
-        near = Meetings.around(center, radius, factor, self.walls, 0.1 * factor * float(radius.mean()))
+        near = Meetings.around(center, radius, factor, self.walls, HARD * factor * float(radius.mean()))
         near = near.one_a_wall(center)
         held = np.zeros(len(radius), bool)
         held[spheres] = True
         pair, wall = near.gaps(center, factor)
         contacts = int(((pair <= TOUCHING) & held[near.first] & held[near.second]).sum())
         contacts += int(((wall <= TOUCHING) & held[near.sphere]).sum())
-        excess = contacts - (3 * len(spheres) - ways + 1)
-        factor = min(factor, near.largest_factor(center))
-        return Polished(center, factor, held, contacts, excess, residual, gap, proven, programmes)
+        return Polished(
+            center, min(factor, near.largest_factor(center)), held, contacts,
+            contacts - (3 * len(spheres) - len(self._pins(center, spheres).sphere) + 1),
+            bones.residual(center), gap, proven, programmes,
+        )  # fmt: skip

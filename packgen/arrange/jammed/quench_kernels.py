@@ -26,7 +26,9 @@ STRIDE = 0.2
 
 
 @inner_loop
-def flow(spheres: Soft, near: Near, force: NDArray[np.float64], pace: NDArray[np.float64]) -> tuple[bool, float]:
+def flow(
+    spheres: Soft, near: Near, force: NDArray[np.float64], pace: NDArray[np.float64]
+) -> tuple[bool, float]:
     """Move all spheres by one step.
 
     Args:

@@ -33,7 +33,8 @@ def whole_moves(container: Container, center: Float64Array, members: Int64Array,
     away = center[members] - shape.center
     far = members[np.argmax((away * away).sum(axis=1))]
     pole = center[far] - shape.center
-    pole = pole / max(float(np.linalg.norm(pole)), 1e-300)
+    distance = float(np.linalg.norm(pole))
+    pole = pole / distance if distance > 0.0 else np.eye(3)[2]
     sphere, direction = _about(pole, shape.center, center, members)
     across = np.cross(direction, pole)
     return Pins(np.array([far, far, sphere]), np.stack([direction, across, direction]))
