@@ -98,30 +98,38 @@ class Jammer:
         careful = len(radius) <= FEW if wish == "auto" else bool(wish)
         start = random_points(self._region, cube_root(grown) * radius, self._rng, self._place)
         bed = SoftBed(self._region, start, radius)
-        if careful:
-            rest = self._decompress(bed, grown, FIRST, CLOSE.fine)
-            rest = self._decompress(bed, rest.grown, CLOSE, CLOSE.fine)
-        else:
-            rest = self._decompress(bed, grown, COARSE, COARSE.fine)
+        if not careful:
+            rest = self._decompress(bed, grown, COARSE)
+            return self._trimmed(self._inside(bed), radius, rest)
+        rest = self._decompress(bed, grown, FIRST)
+        rest = self._decompress(bed, rest.grown, CLOSE)
+        try:
+            return self._polished(self._inside(bed), radius, rest)
+        except NoSolutionError:
+            return self._trimmed(bed.center, radius, rest)
+
+    def _inside(self, bed: SoftBed) -> Float64Array:
+        """Return the centres.
+
+        Raises:
+            PackingError: One is beyond a wall.
+        """
         center = bed.center
         if not self._region.holds(center).all():
             raise PackingError(
-                f"{self._place}: a sphere was pressed through a wall of the mesh; expected walls that are farther "
-                "apart than a sphere is wide; take another seed, or smaller spheres"
+                f"{self._place}: a sphere was pressed through a wall of the mesh; expected walls farther apart "
+                "than a sphere is wide; take another seed, or smaller spheres"
             )
-        if careful:
-            try:
-                return self._polished(center, radius, rest)
-            except NoSolutionError:
-                pass
-        return self._trimmed(center, radius, rest)
+        return center
 
-    def _decompress(self, bed: SoftBed, grown: float, care: Care, target: float) -> Rest:
+    def _decompress(self, bed: SoftBed, grown: float, care: Care) -> Rest:
+        stage = "quench" if care.kept == COARSE.kept else "decompress"
+
         def tell(rest: Rest) -> None:
-            share = math.log(PRESSED_FIRST / max(rest.worst, target)) / math.log(PRESSED_FIRST / target)
-            self._tell("press", max(share, 0.0))
+            share = math.log(PRESSED_FIRST / max(rest.worst, care.fine)) / math.log(PRESSED_FIRST / care.fine)
+            self._tell(stage, max(share, 0.0))
 
-        self._tell("press", 0.0)
+        self._tell(stage, 0.0)
         return decompress(bed, grown, tell, care)
 
     def _tell(self, stage: str, share: float) -> None:

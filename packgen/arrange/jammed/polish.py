@@ -131,6 +131,25 @@ class Polished:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class _Near:
+    """Spheres whose contacts are exact, near those of a step.
+
+    Attributes:
+        bones: What bears forces.
+        center: Centres [m], shape (N, 3).
+        factor: Common factor of the radii at which the contacts touch.
+        largest: The largest one at which no spheres overlap, those without contacts included.
+        proven: Whether all forces press and balance, and nothing overlaps.
+    """
+
+    bones: Bones
+    center: Float64Array
+    factor: float
+    largest: float
+    proven: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Polisher:
     """Polishes the beds of one zone.
 
@@ -169,12 +188,14 @@ class Polisher:
             bones = Bones.of(near, step)
             moved, grown = center + step.move, factor * float(np.sqrt(1.0 + step.gain))
             exact = self._exact(bones, moved, grown)
-            if exact is not None:
-                return self._result(*exact, number + 1, proven=True)
+            if exact is not None and exact.proven:
+                return self._result(exact.bones, exact.center, exact.factor, number + 1, proven=True)
             balanced = bones.residual(center) <= BALANCED
             if step.gain <= DONE and balanced:
                 return self._result(bones, center, factor, number + 1, proven=True)
             moved, grown = self._hard(moved, radius, grown)
+            if exact is not None and exact.largest > grown:
+                moved, grown = exact.center, exact.largest
             if grown > factor:
                 center, factor = moved, grown
                 way = WIDER * float(np.abs(step.move[bones.spheres]).max())
@@ -191,23 +212,17 @@ class Polisher:
         near = Meetings.around(center, radius, factor, self.walls, HARD * factor * float(radius.mean()))
         return center, near.largest_factor(center)
 
-    def _exact(
-        self, bones: Bones, center: Float64Array, factor: float
-    ) -> tuple[Bones, Float64Array, float] | None:
-        """Return spheres near by whose contacts are exact, with their forces and common factor of the radii.
-
-        Returns:
-            None where there are none, some force does not press, or spheres that are not held overlap.
-        """
+    def _exact(self, bones: Bones, center: Float64Array, factor: float) -> _Near | None:
+        """Return spheres near by whose contacts are exact; None: there are none."""
         spheres, radius = bones.spheres, bones.contacts.radius
         exact = exact_contacts(bones.contacts, center, factor, self._pins(center, spheres), spheres)
         if exact is None:
             return None
         solved = Bones(bones.contacts, exact.pair_force, exact.wall_force)
-        if not (solved.press and solved.residual(exact.center) <= BALANCED):
-            return None
         center, largest = self._hard(exact.center, radius, exact.factor)
-        return (solved, center, exact.factor) if largest >= exact.factor * (1.0 - ROUNDING) else None
+        proven = solved.press and solved.residual(exact.center) <= BALANCED
+        proven &= largest >= exact.factor * (1.0 - ROUNDING)
+        return _Near(solved, center, exact.factor, largest, proven)
 
     def _step(self, near: Meetings, center: Float64Array, factor: float, reach: float) -> Step:
         pairs, walls = near.rows(center, factor)

@@ -143,8 +143,9 @@ def decompress(bed: SoftBed, grown: float, tell: Callable[[Rest], None], care: C
         rest = bed.settle(grown, care.calm, FREE * care.fine)
         tell(rest)
         if rest.pressure == 0.0:
-            # Not jammed: back halfway to where it was, or on to where it may be.
+            # Not jammed: back halfway to where it was, or, as they have moved since, on to where it may be.
             grown = care.tighter * grown if before is None else 0.5 * (grown + before.grown)
+            before = None
             continue
         if rest.worst <= care.fine:
             break
