@@ -51,8 +51,8 @@ class Jamming:
 
     def line(self) -> str:
         """Return what is proven, in a line."""
-        excess = f"{self.isostatic_excess:+d}" if self.isostatic_excess else "exactly"
-        held = f"{self.contacts:,} contacts, {excess} isostatic, {self.rattlers:.1%} rattlers"
+        beside = f", {self.isostatic_excess:+,} beside isostatic" if self.isostatic_excess else ", isostatic"
+        held = f"{self.contacts:,} contacts{beside}, {self.rattlers:.1%} rattlers"
         if self.certificate == "quench":
             return f"by soft spheres at rest; {held}, residual {self.force_residual:.1e}"
         verdict = "proven by its forces" if self.proven else "not proven"

@@ -124,6 +124,16 @@ SCENES: dict[str, Callable[[Path], Bed]] = {
             zones=[{"solid_fraction": 0.4, "gap": 0.05}],
         ).bed
     ),
+    "jammed": lambda at: (
+        run_scene(
+            at,
+            {**box([0, 0, 0], [0.8, 0.8, 0.8]), "periodic": ["x", "y"]},
+            LOGNORMAL | {"radius_min": 0.02, "radius_max": 0.07},
+            algorithm="JAMMED",
+            params={"certificate": False, "swap": True},
+            zones=[{"n_particles": 1000}],
+        ).bed
+    ),
 }
 
 

@@ -236,6 +236,18 @@ def test_mixtures_holds_arranged_beds_against_poured_ones_and_a_model(tmp_path):
     assert "1:2, 30% small, LIGGGHTS" in text
 
 
+@pytest.mark.slow
+def test_jammed_tells_time_fraction_and_proof(tmp_path, capsys):
+    options = ["--equal", "50", "--mixed", "600", "--repeats", "1", "--out", str(tmp_path)]
+    importlib.import_module("jammed").main(options)
+    with (tmp_path / "jammed.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert {row["sizes"] for row in rows} >= {"equal", "1:2", "lognormal 0.5", "sieve, a decade"}
+    ours = [row for row in rows if row["method"] == "packgen"]
+    assert all(float(row["overlap"]) < 1e-11 and 0.5 < float(row["fraction"]) < 0.85 for row in ours)
+    assert "column = 17 us" in (tmp_path / "jammed.txt").read_text()
+
+
 def test_a_mixtures_mean_sphere_and_number_are_those_of_its_masses():
     script = importlib.import_module("mixtures")
     half = script.Mixture("", (0.002, 0.001), (0.5, 0.5))
@@ -294,6 +306,7 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
         "bed_quality",
         "export_speed",
         "facets",
+        "jammed",
         "mixtures",
         "solver_agreement",
         "standing_beds",

@@ -168,6 +168,27 @@ def test_dispersed_examples_have_their_fraction_and_gap(name, tmp_path):
 
 
 @pytest.mark.slow
+def test_the_jammed_example_is_proven(tmp_path):
+    folder = tmp_path / "jammed"
+    scene = str(EXAMPLES / "jammed.yaml")
+    assert main([scene, "--export", "liggghts,lammps,yade", "-o", str(folder), "--quiet"]) == 0
+    report = json.loads((folder / "report.json").read_text())
+    assert report["missed"] == []
+    assert report["warnings"] == []
+    assert report["sphere_count"] == 1000
+    proof = report["jamming"]
+    assert proof["proven"]
+    assert proof["isostatic_excess"] == 0
+    assert proof["force_residual"] < 1e-10
+    assert report["overlap"]["overlap_max"] < 1e-11
+    # Eight seeds of 2,500 spheres: 0.637 to 0.639; one bed of 1,000 scatters by 0.002.
+    assert 0.632 < report["solid_fraction"]["filled"] < 0.648
+    assert proof["crystal"] < 0.05
+    edge = proof["extent"][0]
+    assert f"{edge:.4g}"[:5] in (folder / "lammps" / "bed.data").read_text()
+
+
+@pytest.mark.slow
 @pytest.mark.solver
 @pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 def test_the_tube_is_confirmed_by_liggghts(tmp_path):

@@ -94,7 +94,7 @@ UPPER = ("packgen.filling", "packgen.report", "packgen.validation", "packgen.pag
 
 
 def test_there_are_algorithms_with_rooms_of_their_own():
-    assert ALGORITHMS == ["adam", "collective", "dispersed"]
+    assert ALGORITHMS == ["adam", "collective", "dispersed", "jammed"]
     assert all((ROOT / "packgen/arrange" / name / "params.py").is_file() for name in ALGORITHMS)
 
 
@@ -119,6 +119,10 @@ def test_what_algorithms_share_knows_none_of_them(place):
         ("distributions", ("packgen.bed", "packgen.supply", *CORE)),
         ("container", ("packgen.arrange", "packgen.supply", *UPPER)),
         ("supply", ("packgen.container", "packgen.arrange", *UPPER)),
+        (
+            "programmes",
+            ("packgen.bed", "packgen.geometry", "packgen.container", "packgen.supply", *CORE, *UPPER),
+        ),
         ("arrange", ("packgen.container", "packgen.scene", "packgen.check", "packgen.measure", *UPPER)),
         (
             "programmes",

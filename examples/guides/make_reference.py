@@ -37,6 +37,7 @@ PAGE = Path(__file__).resolve().parent / "reference.md"
 KINDS = {
     "Any": "mapping, see `params`",
     "Acceleration": "acceleration > 0 [m/s2]",
+    "AutoOrFlag": "auto, true or false",
     "AxisIndex": "0, 1, 2 or x, y, z",
     "Count": "whole number > 0",
     "Density": "density > 0 [kg/m3]",

@@ -60,7 +60,7 @@ class ZoneResult:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PackResult:
-    """The bed, what became of each zone, a line for each thing that looks wrong, and how the bed is jammed."""
+    """The bed, what became of each zone, a line for each thing that looks wrong, and how it is jammed."""
 
     bed: Bed
     zones: tuple[ZoneResult, ...]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -62,8 +63,9 @@ def solve(programme: Programme) -> Solution:
     Raises:
         NoSolutionError: It has none, or it was not found.
     """
-    from scipy.optimize import linprog
+    from scipy import optimize
 
+    linprog: Any = optimize.linprog  # its stubs know no sparse arrays
     first, second = ("highs-ipm", "highs-ds") if len(programme.gain) > MANY else ("highs-ds", "highs-ipm")
     equal = programme.equal
     for method in (first, second):

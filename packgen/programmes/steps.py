@@ -150,7 +150,7 @@ Entries = tuple[Int64Array, Int64Array, Float64Array]
 
 
 def _pair_rows(pairs: PairRows, count: int, unit: float, strained: bool) -> tuple[Entries, Float64Array]:
-    """Return the entries of rows ``G - 1 - 2 r (u - v) / s^2 - 2 r e r / s^2 <= |r|^2 / s^2 - 1``, and the bounds."""
+    """Return rows ``G - 1 - 2 (r (u - v) + r e r) / s^2 <= |r|^2 / s^2 - 1``: entries and bounds."""
     number, square = np.arange(len(pairs.apart)), pairs.apart * pairs.apart
     part = 2.0 * pairs.separation / square[:, None]
     axes = np.arange(3)
@@ -171,7 +171,7 @@ def _pair_rows(pairs: PairRows, count: int, unit: float, strained: bool) -> tupl
 
 
 def _wall_rows(walls: WallRows, count: int, unit: float) -> tuple[Entries, Float64Array]:
-    """Return the entries of rows ``(G - 1) r / 2 - n u <= gap``, times 2 / r, and the bounds."""
+    """Return rows ``(G - 1) r / 2 - n u <= gap``, times 2 / r: entries and bounds."""
     number = np.arange(len(walls.gap))
     row = np.concatenate([np.repeat(number, 3), number])
     column = np.concatenate(
@@ -183,7 +183,7 @@ def _wall_rows(walls: WallRows, count: int, unit: float) -> tuple[Entries, Float
 
 
 def _pinned(pins: Pins, count: int, columns: int, strained: bool) -> csr_array | None:
-    """Return the rows of what must not move, and that of strains that keep the volume; None: there are none."""
+    """Return the rows of what must not move, and of strains that keep the volume; None: no rows."""
     number = np.arange(len(pins.sphere))
     row = np.repeat(number, 3)
     column, value = (3 * pins.sphere[:, None] + np.arange(3)).ravel(), pins.direction.ravel()

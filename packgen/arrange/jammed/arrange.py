@@ -20,7 +20,6 @@ from packgen.geometry import Container, Slice
 from packgen.geometry.scaling import fixed_point, scaled_container
 from packgen.jamming import Jamming
 from packgen.portable import cube, cube_root
-from packgen.supply.close_packing import EQUAL_SPHERES
 from packgen.supply.supply import Draw, Supply
 
 PERIOD_MIN = 4.0
@@ -30,7 +29,7 @@ ROOM = 1.5
 """Largest radius for which a region is mapped, in those that start."""
 
 FULL_FRACTION = 0.638
-"""Solid fraction away from the walls of a jammed bed of equal spheres, where the number of spheres follows."""
+"""Solid fraction of equal spheres away from the walls, where the number of spheres follows."""
 
 TRIES = 8
 """Times that the number of spheres is corrected."""
@@ -84,8 +83,8 @@ def _refuse(task: Task) -> None:
         )
     if zone.locations and not by_count:
         raise PackingError(
-            f"{zone.place}: found a location, expected none: the container takes the size that its spheres need; "
-            "leave it out, or take `params: {adjust: count}`"
+            f"{zone.place}: found a location, expected none: the container takes the size that its spheres "
+            "need; leave it out, or take `params: {adjust: count}`"
         )
     if zone.locations and any(task.container.periodic):
         raise PackingError(
@@ -161,8 +160,8 @@ def _with_fitting_count(task: Task, zone: ZoneTask) -> Outcome:
         supply.put_back(draw)
     if best is None:
         raise PackingError(
-            f"{zone.place}: no number of spheres was found that jams in this container; take `params: {{adjust: "
-            "container}}`"
+            f"{zone.place}: found no number of spheres that jams in this container, expected one; take "
+            "`params: {adjust: container}`"
         )
     draw, jammed = best
     jamming = _jamming("count", task.container, task.container, jammed, 1.0)
@@ -201,9 +200,10 @@ def _check_periods(zone: ZoneTask, container: Container, radius: Float64Array, f
         if extent[axis] < least * (1.0 - 1e-9):
             enough = math.ceil(len(radius) * (least / float(extent[axis])) ** 3)
             raise PackingError(
-                f"{zone.place}: found {len(radius):,} spheres, whose periodic box becomes {extent[axis]:.4g} m long "
-                f"along {'xyz'[axis]}, expected at least {least:.4g} m, two diameters of the largest sphere, so "
-                f"that none meets another one twice; ask for about {enough:,}, or make the box longer that way"
+                f"{zone.place}: found {len(radius):,} spheres, whose periodic box becomes "
+                f"{extent[axis]:.4g} m long along {'xyz'[axis]}, expected at least {least:.4g} m, two "
+                "diameters of the largest sphere, so that none meets another one twice; ask for about "
+                f"{enough:,}"
             )
 
 

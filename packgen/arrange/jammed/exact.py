@@ -8,6 +8,7 @@ the same matrix. Where all of them press, weak duality has it that no small move
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
@@ -66,7 +67,7 @@ def exact_contacts(
     for _ in range(ROUNDS):
         matrix, error = _equations(contacts, center, factor, pins, place)
         try:
-            solver = splu(matrix)
+            solver: Any = splu(matrix)  # its stubs know no transposed one
         except RuntimeError:  # singular: some spheres are held more than once, others not at all
             return None
         if np.abs(error).max() <= ACCURACY * unit:

@@ -10,7 +10,7 @@ import numpy as np
 from packgen.arrange.jammed.meetings import Meetings
 from packgen.arrange.jammed.params import Params
 from packgen.arrange.jammed.polish import Polisher
-from packgen.arrange.jammed.quench import CLOSE, COARSE, FIRST, Care, Rest, SoftBed, decompress
+from packgen.arrange.jammed.quench import CLOSE, COARSE, FIRST, Care, Rest, SoftBed, decompress, swapped
 from packgen.arrange.jammed.starts import random_points
 from packgen.arrange.jammed.wholes import whole_moves
 from packgen.arrange.space.region import Region
@@ -28,7 +28,7 @@ HELD_MIN = 4
 """Contacts that a sphere needs to be held."""
 
 PRESSED_FIRST = 0.1
-"""Largest overlap of the first stage, about, as a fraction of the smaller radius: progress counts from there."""
+"""Largest overlap of the first stage, about, in smaller radii: progress counts from there."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -40,7 +40,8 @@ class Jammed:
         factor: Common factor of the radii at which nothing overlaps.
         held: Which spheres are held, shape (N,).
         overlap: Largest overlap at this factor, as a fraction of the smaller radius.
-        residual: Largest sum of the forces upon a sphere over the mean force; of soft spheres its root mean square.
+        residual: Largest sum of the forces upon a sphere over the mean force; of soft spheres the root mean
+            square of all.
     """
 
     center: Float64Array
@@ -98,6 +99,8 @@ class Jammer:
         careful = len(radius) <= FEW if wish == "auto" else bool(wish)
         start = random_points(self._region, cube_root(grown) * radius, self._rng, self._place)
         bed = SoftBed(self._region, start, radius)
+        if self._settings.swap:
+            grown = swapped(bed, grown, self._rng, lambda share: self._tell("swap", share))
         if not careful:
             rest = self._decompress(bed, grown, COARSE)
             return self._trimmed(self._inside(bed), radius, rest)
@@ -117,8 +120,8 @@ class Jammer:
         center = bed.center
         if not self._region.holds(center).all():
             raise PackingError(
-                f"{self._place}: a sphere was pressed through a wall of the mesh; expected walls farther apart "
-                "than a sphere is wide; take another seed, or smaller spheres"
+                f"{self._place}: a sphere was pressed through a wall of the mesh; expected walls farther "
+                "apart than a sphere is wide; take another seed, or smaller spheres"
             )
         return center
 
@@ -126,8 +129,8 @@ class Jammer:
         stage = "quench" if care.kept == COARSE.kept else "decompress"
 
         def tell(rest: Rest) -> None:
-            share = math.log(PRESSED_FIRST / max(rest.worst, care.fine)) / math.log(PRESSED_FIRST / care.fine)
-            self._tell(stage, max(share, 0.0))
+            share = math.log(PRESSED_FIRST / max(rest.worst, care.fine))
+            self._tell(stage, max(share / math.log(PRESSED_FIRST / care.fine), 0.0))
 
         self._tell(stage, 0.0)
         return decompress(bed, grown, tell, care)

@@ -1,4 +1,4 @@
-"""What spheres at rest can meet: pairs and walls, with their distances, for exact steps and for the last trim."""
+"""What spheres at rest can meet: pairs and walls, with their distances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spheres at rest and all that they can meet: their gaps, the largest radii that fit, and what bounds a move."""
+"""Spheres at rest and all that they can meet: gaps, the largest radii that fit, what bounds a move."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from packgen.compiled import signals_heard
 from packgen.programmes.steps import PairRows, WallRows
 
 SAME = 1.0e-12
-"""Difference of two directions, and of two distances in radii, at which two facets are one wall to a sphere."""
+"""Difference of directions, and of distances in radii, at which two facets are one wall to a sphere."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,7 +72,7 @@ class Meetings:
         return np.asarray(center[self.first] - center[self.second] + self.shift)
 
     def distances(self, center: Float64Array) -> tuple[Float64Array, Float64Array]:
-        """Return distances from walls [m], (W,), and the ways that lead away from them, unit vectors (W, 3)."""
+        """Return distances from walls [m], (W,), and the unit vectors away from them, (W, 3)."""
         distance, away = wall_distances(center, self.sphere, self.feature, self.walls)
         return distance, away
 

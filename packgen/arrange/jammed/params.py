@@ -27,11 +27,11 @@ class Params(Keys):
     """Settings of JAMMED: spheres without gravity, pressed together until nothing can move.
 
     Attributes:
-        adjust: What gives way so that the drawn radii stay: the container, all of whose lengths are multiplied by
-            one factor, or the number of spheres, which then follows from the container.
+        adjust: What gives way so that the drawn radii stay: the container, all of whose lengths are
+            multiplied by one factor, or the number of spheres, which then follows from the container.
         phi_start: Solid fraction at which equal spheres, soft and placed at random, are quenched, away from
-            walls; 0.65 to 0.68 give beds of 0.637 to 0.645. Other sizes start at the same share of their random
-            close packing.
+            walls; 0.65 to 0.68 give beds of 0.637 to 0.641. Other sizes start at the same share of their
+            random close packing.
         swap: Whether spheres change places while they are quenched where that relieves them: broad size laws
             become denser. It takes longer.
         certificate: Whether linear programmes prove that the bed is jammed; auto: up to 2,000 spheres.

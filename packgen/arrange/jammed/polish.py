@@ -22,7 +22,7 @@ REACH_MAX, REACH_LAST = 0.1, 1.0e-7
 """Largest and least reach of a step, in mean radii."""
 
 LONGER, SHORTER = 3.0, 0.3
-"""The next reach in that of the step before, where this was all that kept the spheres, and where it was not."""
+"""The next reach in that of the step before, where this kept spheres from going on, and where not."""
 
 WIDER = 3.0
 """The next reach at most, in the moves of spheres that were held."""
@@ -207,7 +207,7 @@ class Polisher:
         return self._result(bones, center, factor, number + 1, proven=False)
 
     def _hard(self, center: Float64Array, radius: Float64Array, factor: float) -> tuple[Float64Array, float]:
-        """Return the centres in the box, and the largest common factor of the radii at which nothing overlaps."""
+        """Return the centres in the box, and the largest factor of the radii at which nothing overlaps."""
         center = self.walls.seams.wrapped(center)
         near = Meetings.around(center, radius, factor, self.walls, HARD * factor * float(radius.mean()))
         return center, near.largest_factor(center)

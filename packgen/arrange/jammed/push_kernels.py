@@ -192,7 +192,7 @@ def push(center: NDArray[np.float64], near: Near, features: Features, force: NDA
     Returns:
         How much they press each other, a ``Strain``.
     """
-    begin, item, first, second, offset, (wall_begin, wall_item, room), anchor, _, half, _ = near
+    begin, item, first, second, offset, (wall_begin, wall_item, _), _, _, half, _ = near
     kind, row = features
     contacts, squares, pressure, worst = 0, 0.0, 0.0, 0.0
     for i in range(len(half)):

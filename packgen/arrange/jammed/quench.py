@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrange.jammed.quench_kernels import MIXING, STEP_FIRST, quench
+from packgen.arrange.jammed.swap_kernels import exchange
 from packgen.arrange.space.region import Region
 from packgen.arrays import Float64Array
 from packgen.compiled import signals_heard
@@ -28,7 +29,13 @@ RUN, RUN_LEAST = 10_000_000, 50
 STAGES_MAX = 80
 
 SLOPE = 0.7
-"""Pressure over the relative excess of the solid fraction, of equal spheres; the first guess alone needs it."""
+"""Pressure over the relative excess of the solid fraction, of equal spheres, for a first guess."""
+
+SWAP_ROUNDS, SWAP_STEPS = 120, 40
+"""Times that spheres may change places, and steps in between."""
+
+PRESSED, DENSER = 0.02, 1.002
+"""Pressure of spheres that change places, and the factor on the solid fraction where it is less."""
 
 FREE = 1.0e-2
 """Overlaps of spheres that press nothing, in those at the end."""
@@ -103,31 +110,63 @@ class SoftBed:
         center[self._identity] = self._center
         return center
 
-    def settle(self, grown: float, calm: float, free: float) -> Rest:
+    def exchange(self, grown: float, chance: Float64Array) -> int:
+        """Let spheres change places; return how many pairs did. See ``swap_kernels.exchange``."""
+        with signals_heard():
+            changes: int = exchange(
+                self._center, self._velocity, self._sorted_radius, self._identity,
+                self.region.walls, cube_root(grown), chance,
+            )  # fmt: skip
+        return changes
+
+    def settle(self, grown: float, calm: float, free: float, steps_max: int = STEPS_MAX) -> Rest:
         """Let the spheres come to rest.
 
         Args:
             grown: Cube of the common factor of their radii.
             calm: Residual at which they are at rest.
             free: Largest overlap of spheres that press nothing.
+            steps_max: Steps at most.
         """
         self._velocity[:] = 0.0
         pace = np.array([STEP_FIRST, MIXING, 0.0])
         most = max(RUN // len(self.radius), RUN_LEAST)
         done, residual, pressure, worst = 0, 1.0, 0.0, 0.0
-        while done < STEPS_MAX and residual > calm:
+        while done < steps_max and residual > calm:
             with signals_heard():
                 steps, residual, pressure, worst = quench(
                     self._center, self._velocity, self._sorted_radius, self._identity,
-                    self.region.walls, cube_root(grown), pace, min(most, STEPS_MAX - done), calm, free,
+                    self.region.walls, cube_root(grown), pace, min(most, steps_max - done), calm, free,
                 )  # fmt: skip
             done += steps
         self.steps += done
         return Rest(grown, residual, pressure, worst, done)
 
 
+def swapped(bed: SoftBed, grown: float, rng: np.random.Generator, tell: Callable[[float], None]) -> float:
+    """Let spheres of a bed change places again and again, denser each time where they are pressed less.
+
+    Args:
+        bed: The bed; changes.
+        grown: Cube of the common factor of its radii.
+        rng: Source of randomness.
+        tell: Called after each round with the share of all that is done.
+
+    Returns:
+        The cube of their factor at the end.
+    """
+    start = bed.settle(grown, COARSE.calm, FREE * COARSE.fine).pressure
+    for number in range(SWAP_ROUNDS):
+        bed.exchange(grown, rng.random((len(bed.radius), 2)))
+        rest = bed.settle(grown, COARSE.calm, FREE * COARSE.fine, SWAP_STEPS)
+        if rest.pressure < max(start, PRESSED):
+            grown *= DENSER
+        tell((number + 1) / SWAP_ROUNDS)
+    return grown
+
+
 def decompress(bed: SoftBed, grown: float, tell: Callable[[Rest], None], care: Care) -> Rest:
-    """Let a bed come to rest again and again, less pressed each time, until it is on the verge of being jammed.
+    """Let a bed come to rest again and again, less pressed each time, until it is hardly jammed.
 
     Args:
         bed: The bed; changes.

@@ -1,4 +1,4 @@
-"""Soft spheres brought to rest by FIRE (Bitzek and others, Phys. Rev. Lett. 97 (2006) 170201), all in one loop.
+"""Soft spheres brought to rest by FIRE (Bitzek and others, Phys. Rev. Lett. 97 (2006) 170201) in one loop.
 
 Each sphere's mass is the stiffness of what holds it, so that one step of time suits all sizes.
 """

@@ -9,7 +9,7 @@ from packgen.arrays import Float64Array
 from packgen.errors import PackingError
 
 SHARES = (0.8, 0.4, 0.1, 0.0)
-"""Shares of its radius that a sphere keeps from the walls: what starts close to a sheet might be pushed through."""
+"""Shares of its radius that a sphere keeps from the walls: close to a sheet it might be pushed through."""
 
 ROUNDS = 50
 """Times that points are drawn with one of these shares."""
