@@ -18,8 +18,8 @@ class Jamming:
             container moved.
         certificate: What the figures below are from: ``programme``, the forces of a linear programme; or
             ``quench``, the soft spheres that came to rest, where the bed has many.
-        proven: Whether forces that press balance on each sphere, and just so many contacts hold them that no
-            smaller number could: no sphere can then move, but for rattlers.
+        proven: Whether forces that all press balance on each sphere that is held, at contacts that touch: no
+            small move then lets the spheres grow.
         contacts: Contacts between spheres that are held, and between them and walls.
         isostatic_excess: Contacts beyond the least number that can hold them: 3 n + 1, less one for each
             way in which all n spheres can move as a whole.

@@ -165,7 +165,8 @@ def _with_fitting_count(task: Task, zone: ZoneTask) -> Outcome:
         )
     draw, jammed = best
     jamming = _jamming("count", task.container, task.container, jammed, 1.0)
-    return Outcome(_spheres(zone, jammed.center, draw), task.container, jamming)
+    position = Seams.of(task.container).wrapped(jammed.center)
+    return Outcome(_spheres(zone, position, draw), task.container, jamming)
 
 
 def _filling(supply: Supply, solid: float) -> Draw:

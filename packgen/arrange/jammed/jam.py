@@ -105,7 +105,7 @@ class Jammer:
             rest = self._decompress(bed, grown, COARSE)
             return self._trimmed(self._inside(bed), radius, rest)
         rest = self._decompress(bed, grown, FIRST)
-        rest = self._decompress(bed, rest.grown, CLOSE)
+        rest = self._decompress(bed, rest.grown, CLOSE, "decompress")
         try:
             return self._polished(self._inside(bed), radius, rest)
         except NoSolutionError:
@@ -125,9 +125,7 @@ class Jammer:
             )
         return center
 
-    def _decompress(self, bed: SoftBed, grown: float, care: Care) -> Rest:
-        stage = "quench" if care.kept == COARSE.kept else "decompress"
-
+    def _decompress(self, bed: SoftBed, grown: float, care: Care, stage: str = "quench") -> Rest:
         def tell(rest: Rest) -> None:
             share = math.log(PRESSED_FIRST / max(rest.worst, care.fine))
             self._tell(stage, max(share / math.log(PRESSED_FIRST / care.fine), 0.0))
@@ -152,7 +150,6 @@ class Jammer:
     def _trimmed(self, center: Float64Array, radius: Float64Array, rest: Rest) -> Jammed:
         """Return a bed whose soft spheres became hard: so small that none overlaps."""
         walls, soft = self._region.walls, cube_root(rest.grown)
-        center = walls.seams.wrapped(center)
         near = Meetings.around(center, radius, soft, walls, 0.0).one_a_wall(center)
         held, contacts = held_by(near, len(radius))
         factor = min(near.largest_factor(center), soft)
@@ -166,7 +163,7 @@ class Jammer:
 
     def _overlap(self, center: Float64Array, radius: Float64Array, factor: float) -> float:
         pair, wall = Meetings.around(center, radius, factor, self._region.walls, 0.0).gaps(center, factor)
-        return max(-float(min(pair.min(initial=0.0), wall.min(initial=0.0))), 0.0)
+        return max(0.0, -float(min(pair.min(initial=0.0), wall.min(initial=0.0))))
 
 
 def held_by(near: Meetings, count: int) -> tuple[BoolArray, int]:

@@ -45,15 +45,16 @@ class Meetings:
         """Return what spheres can meet.
 
         Args:
-            center: Centres, in the periodic box [m], shape (N, 3).
+            center: Centres, in the periodic box or periods away [m], shape (N, 3).
             radius: Radii as given [m], shape (N,).
             factor: Common factor of them.
             walls: The walls.
             within: Distance of surfaces up to which they are near [m].
         """
+        inside = walls.seams.wrapped(center)
         with signals_heard():
-            first, second, separation = near_pairs(center, factor * radius, walls, within)
-            sphere, feature = near_walls(center, factor * radius, walls, within)
+            first, second, separation = near_pairs(inside, factor * radius, walls, within)
+            sphere, feature = near_walls(inside, factor * radius, walls, within)
         shift = separation - (center[first] - center[second])
         return cls(first, second, shift, sphere, feature, radius, walls)
 

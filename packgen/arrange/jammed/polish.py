@@ -179,7 +179,7 @@ class Polisher:
         """
         unit = factor * float(radius.mean())
         reach = REACH_FIRST * unit
-        center, factor = self._hard(center, radius, factor)
+        factor = self._largest(center, radius, factor)
         for number in range(ROUNDS):
             tell(number)
             within = 2.0 * float(np.sqrt(3.0)) * reach + NEAR * unit
@@ -193,7 +193,7 @@ class Polisher:
             balanced = bones.residual(center) <= BALANCED
             if step.gain <= DONE and balanced:
                 return self._result(bones, center, factor, number + 1, proven=True)
-            moved, grown = self._hard(moved, radius, grown)
+            grown = self._largest(moved, radius, grown)
             if exact is not None and exact.largest > grown:
                 moved, grown = exact.center, exact.largest
             if grown > factor:
@@ -206,11 +206,10 @@ class Polisher:
                 break
         return self._result(bones, center, factor, number + 1, proven=False)
 
-    def _hard(self, center: Float64Array, radius: Float64Array, factor: float) -> tuple[Float64Array, float]:
-        """Return the centres in the box, and the largest factor of the radii at which nothing overlaps."""
-        center = self.walls.seams.wrapped(center)
+    def _largest(self, center: Float64Array, radius: Float64Array, factor: float) -> float:
+        """Return the largest common factor of the radii, near one, at which nothing overlaps."""
         near = Meetings.around(center, radius, factor, self.walls, HARD * factor * float(radius.mean()))
-        return center, near.largest_factor(center)
+        return near.largest_factor(center)
 
     def _exact(self, bones: Bones, center: Float64Array, factor: float) -> _Near | None:
         """Return spheres near by whose contacts are exact; None: there are none."""
@@ -219,10 +218,10 @@ class Polisher:
         if exact is None:
             return None
         solved = Bones(bones.contacts, exact.pair_force, exact.wall_force)
-        center, largest = self._hard(exact.center, radius, exact.factor)
+        largest = self._largest(exact.center, radius, exact.factor)
         proven = solved.press and solved.residual(exact.center) <= BALANCED
         proven &= largest >= exact.factor * (1.0 - ROUNDING)
-        return _Near(solved, center, exact.factor, largest, proven)
+        return _Near(solved, exact.center, exact.factor, largest, proven)
 
     def _step(self, near: Meetings, center: Float64Array, factor: float, reach: float) -> Step:
         pairs, walls = near.rows(center, factor)

@@ -175,3 +175,11 @@ def test_equal_spheres_do_not_change_places():
     center, _ = crowd()
     bed = SoftBed(region_of("xyz"), center, np.full(60, 0.12))
     assert bed.exchange(1.0, np.random.default_rng(0).random((200, 2))) == 0
+
+
+def test_centres_whole_periods_away_meet_the_same_spheres():
+    (center, radius), region = crowd(40, ratio=2.0), region_of("xyz")
+    away = center + np.random.default_rng(2).integers(-2, 3, center.shape)
+    one, other = (Meetings.around(each, radius, 0.8, region.walls, 0.05) for each in (center, away))
+    assert one.separations(center) == pytest.approx(other.separations(away), abs=1e-12)
+    assert one.largest_factor(center) == pytest.approx(other.largest_factor(away))
