@@ -238,13 +238,16 @@ def test_mixtures_holds_arranged_beds_against_poured_ones_and_a_model(tmp_path):
 
 @pytest.mark.slow
 def test_jammed_tells_time_fraction_and_proof(tmp_path, capsys):
-    options = ["--equal", "50", "--mixed", "600", "--repeats", "1", "--out", str(tmp_path)]
-    importlib.import_module("jammed").main(options)
+    script = importlib.import_module("jammed")
+    script.main(["--equal", "50", "--mixed", "0", "--repeats", "1", "--out", str(tmp_path)])
+    assert len(script.cases([50], 600)) >= 1 + len(script.laws())
     with (tmp_path / "jammed.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    assert {row["sizes"] for row in rows} >= {"equal", "1:2", "lognormal 0.5", "sieve, a decade"}
     ours = [row for row in rows if row["method"] == "packgen"]
-    assert all(float(row["overlap"]) < 1e-11 and 0.5 < float(row["fraction"]) < 0.85 for row in ours)
+    assert [row["sizes"] for row in ours] == ["equal"]
+    assert float(ours[0]["overlap"]) < 1e-11
+    # 24 seeds of 200 spheres: 0.634 to 0.642; fewer scatter more.
+    assert 0.58 < float(ours[0]["fraction"]) < 0.70
     assert "column = 17 us" in (tmp_path / "jammed.txt").read_text()
 
 
