@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.spheres import Spheres
 from packgen.arrays import Float64Array
 from packgen.geometry import Container, Shape, Slice
@@ -126,12 +127,14 @@ class Task:
         zones: What to fill, in this order.
         rng: Source of randomness for an algorithm that fills all zones together; see ``ZoneTask.generator``.
         on_progress: Called after each batch.
+        crew: Who does the work of a bed that is divided into tiles.
     """
 
     setting: Setting
     zones: tuple[ZoneTask, ...]
     rng: np.random.Generator
     on_progress: Listener = no_listener
+    crew: Crew = field(default_factory=Alone)
 
     @property
     def container(self) -> Container:

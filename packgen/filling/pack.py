@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
@@ -19,6 +20,7 @@ from packgen.filling.fit import checked_locations
 from packgen.filling.remarks import remarks
 from packgen.filling.room import Locations
 from packgen.filling.softness import check_softness
+from packgen.filling.tiles import in_tiles
 from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.jamming import Jamming
 from packgen.portable import cube, length
@@ -77,6 +79,7 @@ def pack(
     device: str = "cpu",
     warn: Callable[[str], None] = lambda _: None,
     for_solver: bool = False,
+    crew: Crew | None = None,
 ) -> PackResult:
     """Fill the container as the scene says.
 
@@ -89,6 +92,8 @@ def pack(
         warn: Called before the first sphere is placed, with a line for each thing that looks wrong.
         for_solver: Whether a solver will get the bed: the Young's modulus that spheres have where the scene
             states none then counts as well, when their softness is judged.
+        crew: Processes that share the work: the bed is then made in tiles. None: this one does all of it, and
+            the bed has tiles only where the scene's ``params`` say so.
 
     Returns:
         The bed, the outcome of each zone, and what looks wrong: what ``warn`` was told, zones that nothing
@@ -100,6 +105,7 @@ def pack(
             ``allow_soft``.
     """
     _check_device(device)
+    scene = in_tiles(scene, crew)
     algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     warnings: list[str] = []
 
@@ -116,7 +122,7 @@ def pack(
     down = floor_direction(gravity, container.periodic)
     down = gravity / length(gravity) if down is None else down
     setting = Setting(container, down, scene.params, threads, device)
-    task = _task(asked, setting, locations, on_progress or no_listener)
+    task = _task(asked, setting, locations, on_progress or no_listener, crew or Alone())
     zones = task.zones
     _check_periods(scene, container, zones)
     made = algorithm(task)
@@ -125,7 +131,9 @@ def pack(
     return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)), outcome.jamming)
 
 
-def _task(scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener) -> Task:
+def _task(
+    scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener, crew: Crew
+) -> Task:
     """Draw the spheres of all zones; each zone has randomness of its own."""
     first, *of_supplies = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
     # The first zone goes on with the seed of the whole, so that a scene of one zone has one source.
@@ -137,7 +145,7 @@ def _task(scene: Scene, setting: Setting, locations: Sequence[Locations], on_pro
         zones.append(
             ZoneTask(index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone))
         )
-    return Task(setting, tuple(zones), np.random.default_rng(first), on_progress)
+    return Task(setting, tuple(zones), np.random.default_rng(first), on_progress, crew)
 
 
 def _results(

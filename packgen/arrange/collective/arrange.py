@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from packgen.arrange.collective.layers import fill_in_layers
 from packgen.arrange.collective.no_floor import fill_at_once
 from packgen.arrange.collective.open_zone import LayerReport, OpenZone
 from packgen.arrange.collective.plan import LayerPlan
+from packgen.arrange.collective.tiles.fill import fill_in_tiles, tile_layout
+from packgen.arrange.collective.tiles.refusals import check_divisible, check_tiles
+from packgen.arrange.crew import Crew
 from packgen.arrange.pile import Pile
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.space.region import Region, make_region
@@ -22,7 +26,34 @@ from packgen.geometry import floor_direction
 
 def arrange(task: Task) -> Spheres:
     """Fill the zones of a task; see ``fill_zones``."""
+    if task.settings.tile is not None:
+        check_divisible(task)
+        return fill_zones(task, partial(fill_zone_in_tiles, crew=task.crew))
     return fill_zones(task, fill_zone)
+
+
+def fill_zone_in_tiles(
+    zone: ZoneTask, _earlier: Spheres, _rng: np.random.Generator, listener: Listener, *, crew: Crew
+) -> Filled:
+    """Fill the only zone of a task by tiles; see ``task.FillZone``.
+
+    Args:
+        zone: The zone.
+        listener: Hears of its progress.
+        crew: Who does the work.
+
+    Raises:
+        PackingError: The zone cannot be divided.
+    """
+    setting, supply = zone.setting, zone.supply
+    region = make_region(
+        setting.container, zone.locations, setting.down, supply.radius_max, zone.place, supply.radius_min
+    )
+    tile = setting.settings.tile
+    layout = tile_layout(region, supply, None if tile == "auto" else tile)
+    check_tiles(region, layout, supply.radius_reference)
+    recipe = _recipe(zone, region, endless=False)
+    return fill_in_tiles(zone, region, layout, recipe, crew, _report(listener, 0, supply.asked, region))
 
 
 def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listener: Listener) -> Filled:

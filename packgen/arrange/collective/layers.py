@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.space.lowest_place import lowest_place
 from packgen.arrange.space.seams import Seams
 from packgen.arrange.spheres import Spheres, joined
+from packgen.arrays import Float64Array
 from packgen.bodies import whole_bodies
 from packgen.portable import cube
 
@@ -27,8 +28,28 @@ TRIES_MIN = 8
 one."""
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Begun:
+    """A bed that was begun by other means.
+
+    Attributes:
+        front: Its spheres near the surface.
+        buried_tops: Top of its other spheres, column by column [m].
+        level: Altitude up to which it is filled [m].
+    """
+
+    front: Spheres
+    buried_tops: Float64Array
+    level: float
+
+
 def fill_in_layers(
-    zone: OpenZone, recipe: Recipe, plan: LayerPlan, on_layer: LayerReport = no_report, first_batch: int = 0
+    zone: OpenZone,
+    recipe: Recipe,
+    plan: LayerPlan,
+    on_layer: LayerReport = no_report,
+    first_batch: int = 0,
+    begun: Begun | None = None,
 ) -> int:
     """Fill a zone until the supply is finished or nothing more fits.
 
@@ -38,12 +59,16 @@ def fill_in_layers(
         plan: Thickness of the layers.
         on_layer: Called after each layer.
         first_batch: Number of the first layer.
+        begun: The bed that the layers go on; None: there is none.
 
     Returns:
         Number of the next batch.
     """
     loop = _Layers(zone, recipe, plan)
     surface = loop.surface
+    if begun is not None:
+        zone.pile.front = begun.front
+        surface.go_on(begun.buried_tops, begun.level)
     batch, stalled, thrown_back = first_batch, 0.0, 0
     while not zone.supply.finished and stalled < STALLED_MAX and surface.base < zone.region.ceiling:
         level = surface.level

@@ -58,21 +58,40 @@ class OpenZone:
         return Spheres(start, draw.radius, draw.set_index, zone, batches, draw.body_index)
 
     def settled(self, moving: Spheres, fixed: Spheres, recipe: Recipe) -> tuple[Float64Array, BoolArray]:
-        """Arrange spheres among fixed ones; return centres [m], (n, 3), and which found a place, (n,)."""
-        ball = np.empty((len(moving) + len(fixed), 4))
-        ball[: len(moving), :3], ball[len(moving) :, :3] = moving.position, fixed.position
-        ball[: len(moving), 3], ball[len(moving) :, 3] = moving.radius, fixed.radius
-        region = self.region
-        position, kept = settle(
-            ball, len(moving), region.walls, region.down, recipe, self.stats, device=self.device,
-            body_index=moving.body_index, threads=self.threads,
-        )  # fmt: skip
-        if recipe.tolerance is None:
-            # Nothing has judged the overlaps with walls: a sphere may have been pushed right through one.
-            return position, kept & region.contains(position, moving.radius)
-        return position, kept & region.holds(position)
+        """Arrange spheres among fixed ones; see ``settled_in``."""
+        return settled_in(
+            self.region, moving, fixed, recipe, stats=self.stats, device=self.device, threads=self.threads
+        )
 
     def put_back(self, spheres: Spheres) -> None:
         """Return spheres that found no place to the supply."""
         if len(spheres):
             self.supply.put_back(Draw(spheres.radius, spheres.set_index, spheres.body_index))
+
+
+def settled_in(
+    region: Region,
+    moving: Spheres,
+    fixed: Spheres,
+    recipe: Recipe,
+    *,
+    stats: SettleStats | None = None,
+    device: str = "cpu",
+    threads: int = 1,
+) -> tuple[Float64Array, BoolArray]:
+    """Arrange spheres among fixed ones in a region; see ``projection.settle``.
+
+    Returns:
+        (centres [m], shape (n, 3); which of them found a place, shape (n,)).
+    """
+    ball = np.empty((len(moving) + len(fixed), 4))
+    ball[: len(moving), :3], ball[len(moving) :, :3] = moving.position, fixed.position
+    ball[: len(moving), 3], ball[len(moving) :, 3] = moving.radius, fixed.radius
+    position, kept = settle(
+        ball, len(moving), region.walls, region.down, recipe, stats, device=device,
+        body_index=moving.body_index, threads=threads,
+    )  # fmt: skip
+    if recipe.tolerance is None:
+        # Nothing has judged the overlaps with walls: a sphere may have been pushed right through one.
+        return position, kept & region.contains(position, moving.radius)
+    return position, kept & region.holds(position)

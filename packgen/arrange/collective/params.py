@@ -2,10 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator
 
 from packgen.arrange.paper_params import PaperParams
 from packgen.geometry import Container
+from packgen.values import number
+
+TILE_MIN = 20.0
+"""Least width of a tile, in largest diameters."""
+
+
+def _tile(value: Any) -> float | str:
+    if value == "auto":
+        return "auto"
+    expected = f"auto, or a number of at least {TILE_MIN:g} diameters"
+    try:
+        width = number(value)
+    except ValueError as error:
+        raise ValueError(expected) from error
+    if width < TILE_MIN:
+        raise ValueError(expected)
+    return width
+
+
+Tile = Annotated[float | Literal["auto"], BeforeValidator(_tile)]
 
 
 class Params(PaperParams):
@@ -13,9 +35,13 @@ class Params(PaperParams):
 
     Attributes:
         optimizer: ``projection`` (fast), or ``adam`` (the paper's Algorithm 1, see the algorithm ADAM).
+        tile: Divide the bed into tiles at least so wide, in largest diameters, which several processes can
+            work on; ``auto``: a quarter of the vessel's width, from 30 to 60 diameters. None: the bed is one
+            piece.
     """
 
     optimizer: Literal["projection", "adam"] = "projection"
+    tile: Tile | None = None
 
     @property
     def instead(self) -> str | None:

@@ -54,6 +54,15 @@ class Surface:
         self.buried_tops = np.full(self.map.count, -np.inf)
         self.roofed = np.zeros(self.map.count, bool)
 
+    def go_on(self, buried_tops: Float64Array, level: float) -> None:
+        """Go on with a bed that was begun by other means.
+
+        Args:
+            buried_tops: Top of its spheres that are put away, column by column [m].
+            level: Altitude up to which it is filled [m].
+        """
+        self.buried_tops, self.level, self.started = buried_tops, level, True
+
     @property
     def thickness(self) -> float:
         """Thickness of the next layer [m]."""
