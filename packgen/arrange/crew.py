@@ -28,6 +28,10 @@ class Crew(Protocol):
     def folder(self) -> Path | None:
         """Folder that all processes see, where what they make is kept; None: a temporary one here."""
 
+    @property
+    def threads(self) -> int | None:
+        """Threads of a call at most; None: as many as the run has."""
+
     def hand_out(self, key: Any, call: Callable[..., Any], *arguments: Any) -> None:
         """Have a call made; where its process ends before it does, it is made again."""
 
@@ -41,9 +45,11 @@ class Alone:
 
     Attributes:
         folder: Where what is made is kept; None: in a temporary folder.
+        threads: Threads of a call at most; None: as many as the run has.
     """
 
     folder: Path | None = None
+    threads: int | None = None
     _calls: deque[tuple[Any, Callable[..., Any], tuple[Any, ...]]] = field(default_factory=deque)
 
     def hand_out(self, key: Any, call: Callable[..., Any], *arguments: Any) -> None:

@@ -21,6 +21,9 @@ class RunOptions:
         seed: Seed in place of the scene's; None: the scene's.
         threads: Threads of the arrangement and of the measures; None: as many as cores are free.
         device: Where to compute, ``cpu`` or ``cuda``.
+        workers: Processes of this machine that share the work; None: this one does all of it.
+        scheduler: Address of a Dask scheduler whose workers share it; None: none does.
+        resume: Whether to go on with the parts of a run that did not end.
         templates: Folder whose deck templates replace packgen's own; None: none does.
         export_option: Options of exporters, each ``NAME.KEY=VALUE``.
         force: Whether a folder with foreign files is set aside.
@@ -37,12 +40,20 @@ class RunOptions:
     seed: int | None = None
     threads: int | None = None
     device: str = "cpu"
+    workers: int | None = None
+    scheduler: str | None = None
+    resume: bool = False
     templates: Path | None = None
     export_option: tuple[str, ...] = ()
     force: bool = False
     picture: bool = False
     page: bool = True
     quiet: bool = False
+
+    @property
+    def shared(self) -> bool:
+        """Whether several processes share the work."""
+        return self.workers is not None or self.scheduler is not None
 
     @property
     def target(self) -> Path:
@@ -61,6 +72,9 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
         seed=parsed.seed,
         threads=parsed.threads,
         device=parsed.device,
+        workers=parsed.workers,
+        scheduler=parsed.scheduler,
+        resume=parsed.resume,
         templates=parsed.templates,
         export_option=tuple(parsed.export_option),
         force=parsed.force,

@@ -47,9 +47,17 @@ def make_plan(options: RunOptions) -> Plan:
     formats = find_formats((*options.export, *solvers), options.export_option, options.templates)
     if options.templates is not None and not options.templates.is_dir():
         raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
+    if options.workers is not None and options.scheduler is not None:
+        raise PackgenError("--workers: found with --scheduler; leave one of them out")
+    if options.resume and not options.shared:
+        raise PackgenError("--resume: found without --workers or --scheduler; add the one of the first run")
     scene = load_scene(options.scene)
     if options.seed is not None:
         scene = replace(scene, seed=options.seed)
+    if options.shared:
+        from packgen.filling.tiles import in_tiles
+
+        scene = in_tiles(scene, shared=True)
     refuse_unreadable([options.target.resolve().name])
     return Plan(scene, formats, solvers, options.target)
 

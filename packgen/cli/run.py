@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from packgen.cli.crews import crew_of, parts_of
 from packgen.cli.ending import EXIT_INTERRUPTED, Ending
 from packgen.cli.exports import check_formats, outlook_of, write_decks
 from packgen.cli.options import RunOptions
@@ -25,6 +26,7 @@ from packgen.resultfolder import ResultFolder
 from packgen.stopping import held, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
+    from packgen.arrange.crew import Crew
     from packgen.bed import Bed
     from packgen.filling.pack import PackResult
     from packgen.geometry import Container
@@ -75,7 +77,9 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder:
         vessel = _load(plan, watch)
-        packed = _pack(plan.scene, vessel, options, watch)
+        parts = parts_of(options)
+        with crew_of(options, plan.scene, parts, ending) as crew:
+            packed = _pack(plan.scene, vessel, options, watch, crew)
         measures = _measure(plan.scene, packed, options.threads, watch)
         unwritten = _write(packed.bed, plan, folder, watch)
         verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
@@ -91,6 +95,8 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         with held():
             folder.commit()
             ending.done(code, f"the bed is in {folder.target}")
+        if parts is not None:
+            parts.remove()
     conclude(report, folder, verdict=verdict, quiet=options.quiet)
     return code
 
@@ -128,7 +134,9 @@ def warn(line: str) -> None:
     say(f"packgen: warning: {line}", sys.stderr)
 
 
-def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) -> PackResult:
+def _pack(
+    scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch, crew: Crew | None
+) -> PackResult:
     """Fill the container; warnings are shown while there is time to stop the run."""
     from packgen.filling.pack import pack
 
@@ -145,6 +153,7 @@ def _pack(scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch) 
             device=options.device,
             warn=warn,
             for_solver=vessel.for_solver,
+            crew=crew,
         )
 
 

@@ -105,7 +105,7 @@ def pack(
             ``allow_soft``.
     """
     _check_device(device)
-    scene = in_tiles(scene, crew)
+    scene = in_tiles(scene, shared=crew is not None)
     algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     warnings: list[str] = []
 

@@ -1,11 +1,10 @@
-"""Whether a scene's bed is divided into tiles, by its own settings or because several processes work on it."""
+"""Whether a scene's bed is divided into tiles: by its own settings, or as several processes work on it."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from packgen.arrange.crew import Crew
 from packgen.errors import PackingError
 
 if TYPE_CHECKING:
@@ -14,19 +13,19 @@ if TYPE_CHECKING:
 REMEDY = "leave --workers, --scheduler and params.tile out"
 
 
-def in_tiles(scene: Scene, crew: Crew | None) -> Scene:
-    """Return the scene whose bed a crew makes: it has tiles, those of its own or as wide as the vessel says.
+def in_tiles(scene: Scene, *, shared: bool) -> Scene:
+    """Return the scene as it is packed.
 
     Args:
         scene: The scene.
-        crew: Who does the work; None: this process alone, and without tiles unless the scene has them.
+        shared: Whether several processes work on it: it has tiles then, as wide as it or its vessel says.
 
     Raises:
         PackingError: Its algorithm knows no tiles.
     """
     params = scene.params
     tile, instead = getattr(params, "tile", None), getattr(params, "instead", None)
-    if crew is None and tile is None:
+    if not shared and tile is None:
         return scene
     if not hasattr(params, "tile") or instead is not None:
         name = instead or scene.algorithm

@@ -70,7 +70,8 @@ def fill_in_tiles(
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix=f"{SCRATCH}{owner()}-")))
         store = Store(folder)
         store.write_task(task)
-        tiles = _Tiles(task, store, crew, supply, on_layer, zone.setting.threads)
+        threads = zone.setting.threads if crew.threads is None else crew.threads
+        tiles = _Tiles(task, store, crew, supply, on_layer, threads)
         layers = tiles.fill()
         return _finished(zone, tiles, layers, on_layer)
 

@@ -1,0 +1,62 @@
+"""The processes that share a run's work, and what is true of the run while they do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from packgen.cli.ending import Ending
+from packgen.cli.options import RunOptions
+
+if TYPE_CHECKING:  # a scene with a fault must not wait for numba
+    from packgen.arrange.crew import Crew
+    from packgen.scene import Scene
+    from packgen.workers.parts import Parts
+
+
+def parts_of(options: RunOptions) -> Parts | None:
+    """Return the folder of the parts that a run leaves until its results are there; None: it leaves none."""
+    if not options.shared:
+        return None
+    from packgen.workers.parts import Parts
+
+    return Parts.beside(options.target)
+
+
+@contextmanager
+def crew_of(options: RunOptions, scene: Scene, parts: Parts | None, ending: Ending) -> Iterator[Crew | None]:
+    """Give the processes that share a run's work; None: this one does all of it.
+
+    Args:
+        options: What the command line asks for.
+        scene: The scene as it is packed.
+        parts: Where they keep what they make.
+        ending: Is told what is kept.
+
+    Yields:
+        The crew.
+
+    Raises:
+        PackgenError: Dask is not installed, its scheduler or its workers will not do, or the parts that are
+            there are not to be gone on with.
+    """
+    if parts is None:
+        yield None
+        return
+    from packgen.workers.cluster import local_cluster, remote_cluster
+
+    parts.open(scene, resume=options.resume)
+    claim, ending.claim = ending.claim, f"what is done is in {parts.folder}, --resume goes on with it"
+    try:
+        if options.scheduler is None:
+            chosen = local_cluster(options.workers or 1, parts.folder, options.threads)
+        else:
+            chosen = remote_cluster(options.scheduler, parts.folder, options.threads)
+        with chosen as crew:
+            yield crew
+    except BaseException:
+        if not parts.begun:
+            parts.remove()
+            ending.claim = claim
+        raise
