@@ -7,12 +7,15 @@ with a process: Dask makes its calls again in another one, and they find their f
 from __future__ import annotations
 
 import logging
+import os
 import queue
+import signal
 import tempfile
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import cache, partial
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,7 +26,7 @@ from packgen.leftovers import SCRATCH, owner
 from packgen.version import __version__
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 INSTALL = "pip install 'packgen[distributed]'"
 PATIENCE = 30.0
@@ -69,7 +72,7 @@ class Cluster:
         self._connect = cache(connect)
         # The same call of another run is another one.
         self._run = uuid.uuid4().hex
-        self._futures: dict[Any, Future] = {}
+        self._futures: dict[Any, Any] = {}
         self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
     @property
@@ -80,11 +83,11 @@ class Cluster:
     def hand_out(self, key: Any, call: Callable[..., Any], *arguments: Any) -> None:
         """Have a call made in some process."""
         name = f"{call.__name__}-{self._run}-{'-'.join(map(str, key))}"
-        future = self.client.submit(call, *arguments, key=name, pure=False)
+        future: Any = self.client.submit(call, *arguments, key=name, pure=False)
         self._futures[key] = future
         future.add_done_callback(partial(self._note, key))
 
-    def _note(self, key: Any, _future: Future) -> None:
+    def _note(self, key: Any, _future: Any) -> None:
         self._ended.put(key)
 
     def next_done(self) -> Done:
@@ -110,14 +113,14 @@ class Cluster:
             if type(error).__name__ != "KilledWorker":
                 raise
             raise WorkerError(
-                f"{tuple(key)}: each of {ENDED_MAX + 1} processes ended as it worked on this, by lack of memory "
-                f"maybe; {self._kept}"
+                f"{tuple(key)}: each of {ENDED_MAX + 1} processes ended as it worked on this, by lack of "
+                f"memory maybe; {self._kept}"
             ) from error
         finally:
             future.release()
 
     def _lost(self) -> str:
-        return f"the scheduler {self.client.scheduler.address} does not answer any more; {self._kept}"
+        return f"the scheduler does not answer any more; {self._kept}"
 
     @property
     def _kept(self) -> str:
@@ -144,20 +147,45 @@ def local_cluster(workers: int, folder: Path, threads: int | None) -> Iterator[C
 
         def connect() -> Client:
             scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix=f"{SCRATCH}{owner()}-"))
-            cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                dashboard_address=None,
-                worker_dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-                memory_limit=0,
-                local_directory=scratch,
-            )
-            stack.enter_context(cluster)
-            client: Client = stack.enter_context(distributed.Client(cluster))
+            with _left_to_this_process():
+                cluster = distributed.LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    worker_dashboard_address=None,
+                    silence_logs=logging.CRITICAL,
+                    memory_limit=0,
+                    local_directory=scratch,
+                )
+                stack.enter_context(cluster)
+                client: Client = stack.enter_context(distributed.Client(cluster))
             return client
 
         yield Cluster(connect, folder, threads or max(1, free_cores() // workers))
+
+
+@contextmanager
+def _left_to_this_process() -> Iterator[None]:
+    """Have the processes and threads that start in here leave Ctrl-C to this process, and end in silence.
+
+    A terminal sends it to all of them. This process's other threads still hear it.
+    """
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = "ignore:resource_tracker"
+    masked = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
+    # It unblocks the signal again where it starts.
+    resource_tracker.ensure_running()
+    if masked:
+        former = signal.pthread_sigmask(signal.SIG_BLOCK, masked)
+    try:
+        yield
+    finally:
+        if masked:
+            signal.pthread_sigmask(signal.SIG_SETMASK, former)
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
 
 
 @contextmanager
