@@ -95,7 +95,7 @@ class Cluster:
 
         Raises:
             WorkerError: The scheduler is gone, or the call ended every process that made it.
-            Exception: What the call raised.
+            Exception: What the call itself raised.
         """
         while True:
             try:
@@ -105,11 +105,11 @@ class Cluster:
                 if self.client.status != "running":
                     raise WorkerError(self._lost()) from None
         future = self._futures.pop(key)
-        if future.status in {"cancelled", "lost"}:
-            raise WorkerError(self._lost())
         try:
             return Done(key, future.result())
         except Exception as error:
+            if future.status != "error":  # of the call's own
+                raise WorkerError(self._lost()) from error
             if type(error).__name__ != "KilledWorker":
                 raise
             raise WorkerError(
@@ -211,24 +211,24 @@ def remote_cluster(address: str, folder: Path, threads: int | None) -> Iterator[
             f"--scheduler {address}: no scheduler answers there: {error}; start one by dask scheduler"
         ) from error
     with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise PackgenError(
+                f"--scheduler {address}: found no workers, expected some; start dask worker {address}"
+            ) from None
         places = client.run(_place, str(folder))
         _check(address, folder, places)
         yield Cluster(lambda: client, folder, threads or min(each.cores for each in places.values()))
 
 
-def _place(folder: str) -> _Place:
-    """Return what the process tells of itself in which this runs."""
-    from distributed import get_worker
-
-    return _Place(__version__, Path(folder).is_dir(), max(1, free_cores() // get_worker().state.nthreads))
+def _place(folder: str, dask_worker: Any) -> _Place:
+    """Return what the process tells of itself in which this runs; Dask fills in its worker."""
+    return _Place(__version__, Path(folder).is_dir(), max(1, free_cores() // dask_worker.state.nthreads))
 
 
 def _check(address: str, folder: Path, places: dict[str, _Place]) -> None:
-    """Refuse a cluster without workers, or with some that have another packgen or see no such folder."""
-    if not places:
-        raise PackgenError(
-            f"--scheduler {address}: found no workers, expected some; start dask worker {address}"
-        )
+    """Refuse a cluster with workers that have another packgen or see no such folder."""
     for name, place in places.items():
         if place.version != __version__:
             raise PackgenError(
@@ -253,6 +253,8 @@ def _distributed(option: str) -> Any:
         import distributed
     except ImportError as error:
         raise PackgenError(f"{option}: needs Dask, which is not installed; {INSTALL}") from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     dask.config.set({"distributed.scheduler.allowed-failures": ENDED_MAX})
     return distributed
