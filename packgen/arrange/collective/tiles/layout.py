@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -70,11 +70,13 @@ class TileLayout:
         columns: Columns over the region.
         halo: Width of a halo, in columns.
         edges: Where tiles meet on average, with both ends, along u and v, in columns.
+        width_min: Least width of a tile [m].
     """
 
     columns: ColumnMap
     halo: int
     edges: tuple[tuple[int, ...], tuple[int, ...]]
+    width_min: float
 
     @classmethod
     def over(cls, columns: ColumnMap, tile: float | None, diameter: float) -> TileLayout:
@@ -100,7 +102,7 @@ class TileLayout:
             tuple(count * place // number for place in range(number + 1))
             for count, number in zip(columns.shape, numbers, strict=True)
         ]
-        return cls(columns, halo, (edges[0], edges[1]))
+        return cls(columns, halo, (edges[0], edges[1]), float((columns.width * least).min()))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -206,15 +208,20 @@ class TileLayout:
 
     def _workers(self, block: Block, layer: int) -> Iterator[Unit]:
         """Return the units of a layer that work in a block."""
-        places = []
-        for axis, (begin, end) in enumerate(self.span(block)):
-            near = []
-            for place in range(self.shape[axis]):
-                window = self._window(layer, place, axis)
-                if window.begin <= begin and end <= window.end:
-                    near.append(place)
-            places.append(near)
-        return (Unit(layer, u, v) for u, v in product(*places))
+        u, v = self._at_work[layer % 2]
+        return (Unit(layer, *place) for place in product(u[block.u], v[block.v]))
+
+    @cached_property
+    def _at_work(self) -> list[list[list[list[int]]]]:
+        """Which places of tiles work in each piece of an axis: by odd and even layers, axis, and piece."""
+        return [[self._places(layer, axis) for axis in (0, 1)] for layer in (0, 1)]
+
+    def _places(self, layer: int, axis: int) -> list[list[int]]:
+        cuts, windows = self.cuts[axis], [self._window(layer, each, axis) for each in range(self.shape[axis])]
+        return [
+            [place for place, (low, high) in enumerate(windows) if low <= begin and end <= high]
+            for begin, end in pairwise(cuts)
+        ]
 
     def earlier_neighbors(self, unit: Unit) -> list[Unit]:
         """Return the units of tiles beside a unit's that come before it in its layer."""

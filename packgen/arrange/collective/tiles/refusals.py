@@ -56,8 +56,8 @@ def check_tiles(region: Region, layout: TileLayout, radius: float) -> None:
     if len(layout.tiles) < 2:
         least, most = region.rectangle()
         faults.append(
-            f"container: found a width of {float((most - least).max()):.4g} m, expected one for two tiles; "
-            "give a smaller params.tile, from 20 diameters on"
+            f"container: found a width of {float((most - least).max()):.4g} m, expected at least "
+            f"{2.0 * layout.width_min:.4g} m for two tiles; give a smaller params.tile, from 20 diameters on"
         )
     elif region.sides is not None and _has_chambers(region, layout, radius):
         faults.append(
