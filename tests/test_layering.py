@@ -14,7 +14,10 @@ import pytest
 import packgen
 
 ROOT = Path(__file__).resolve().parent.parent
-HEAVY = {"torch", "trimesh", "pyvista", "meshio", "matplotlib", "overlap", "numba", "scipy", "rich", "numpy"}
+HEAVY = {
+    "torch", "trimesh", "pyvista", "meshio", "matplotlib", "overlap", "numba", "scipy", "rich", "numpy",
+    "dask", "distributed",
+}  # fmt: skip
 SLOW_TO_LOAD = HEAVY - {"scipy", "rich", "numpy"}
 MODULES = sorted([*ROOT.glob("packgen/**/*.py"), *ROOT.glob("exporters/**/*.py")])
 LINES_MAX = 400
@@ -90,7 +93,14 @@ def breaches(place: str, *forbidden: str) -> list[tuple[str, str]]:
 
 ALGORITHMS = sorted(path.parent.name for path in ROOT.glob("packgen/arrange/*/arrange.py"))
 CORE = ("packgen.scene", "packgen.arrange")
-UPPER = ("packgen.filling", "packgen.report", "packgen.validation", "packgen.page", "packgen.cli")
+UPPER = (
+    "packgen.filling",
+    "packgen.report",
+    "packgen.validation",
+    "packgen.page",
+    "packgen.workers",
+    "packgen.cli",
+)
 
 
 def test_there_are_algorithms_with_rooms_of_their_own():
@@ -131,7 +141,14 @@ def test_what_algorithms_share_knows_none_of_them(place):
         ("measure", ("packgen.arrange", "packgen.container", "packgen.scene", *UPPER)),
         ("reading", ("packgen.arrange", "packgen.supply", "packgen.check", "packgen.measure", *UPPER)),
         ("check", ("packgen.measure", "packgen.scene", *UPPER)),
-        ("filling", ("packgen.report", "packgen.validation", "packgen.page", "packgen.cli")),
+        (
+            "filling",
+            ("packgen.report", "packgen.validation", "packgen.page", "packgen.workers", "packgen.cli"),
+        ),
+        (
+            "workers",
+            ("packgen.filling", "packgen.report", "packgen.validation", "packgen.page", "packgen.cli"),
+        ),
     ],
 )
 def test_no_floor_knows_one_above_it(place, above):

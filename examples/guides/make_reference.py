@@ -66,6 +66,7 @@ KINDS = {
     "Seed": "whole number >= 0",
     "ShareOfSpace": "number between 0 and 1, or a mapping, see `solid_fraction`",
     "SolidVolume": "volume > 0 [m3]",
+    "Tile": "auto, or a number >= 20 of largest diameters",
     "Tolerance": "number between 0 and 1",
     "WholeNumber": "whole number >= 0",
     "str": "text",
@@ -91,6 +92,10 @@ FILES = (
     ("`report.json`", "what was asked and what was reached, see below"),
     ("`report.html`", "the same to look at; not with `--no-report`"),
     ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--validate`"),
+    (
+        "`NAME.parts/`",
+        "beside it, with `--workers` and `--scheduler`: what is done, for `--resume`; gone in the end",
+    ),
     ("`validation.json`", "with `--validate`: what each solver measured, see below"),
 )
 

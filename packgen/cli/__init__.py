@@ -145,20 +145,7 @@ def build_parser() -> argparse.ArgumentParser:
         help="threads of the arrangement and of the measures; the bed is the same for any number (default: "
         "as many as cores are free to packgen; one for the optimizer adam)",
     )
-    parser.add_argument(
-        "--workers",
-        metavar="N",
-        type=_whole(1),
-        help="make the bed in tiles by so many processes of this machine; it is the same for any number",
-    )
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="make the bed in tiles by the workers of a Dask scheduler"
-    )
-    parser.add_argument(
-        "--resume",
-        action="store_true",
-        help="go on with a run by --workers or --scheduler that did not end, from DIR.parts",
-    )
+    _add_crews(parser)
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")
     parser.add_argument(
         "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
@@ -180,6 +167,24 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--quiet", action="store_true", help="show warnings and what was missed alone")
     parser.add_argument("--version", action="version", version=f"packgen {__version__}")
     return parser
+
+
+def _add_crews(parser: argparse.ArgumentParser) -> None:
+    """Add the options by which processes share the work."""
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=_whole(1),
+        help="make the bed in tiles by so many processes of this machine; it is the same for any number",
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="make the bed in tiles by the workers of a Dask scheduler"
+    )
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with a run by --workers or --scheduler that did not end, from DIR.parts",
+    )
 
 
 def _whole(least: int) -> Callable[[str], int]:
