@@ -2,10 +2,10 @@
 
     python tests/benchmarks/workers.py --out DIR [--spheres 400000] [--diameters 120] [--repeats 2]
 
-A box on a square base is filled by one process and by two of this machine, in turn, each with one thread. They
-are started, and have worked on a small bed, before time is taken. Their beds have to be the same, bit for bit.
+A box on a square base is filled by one process and by two of this machine, in turn, one thread each. They are
+started, and have worked on a small bed, before time is taken. Their beds have to be the same, bit for bit.
 
-- time: of the arrangement, the last layers as one piece included
+- time: of the arrangement, and of its units alone: the last layers are made as one piece, by all cores
 - memory: the most that any of the processes held, of which importing the libraries takes a part by itself
 - files: what a unit writes
 - scheduler: the time of a call that does nothing, handed to two processes, many at a time
@@ -32,6 +32,7 @@ import output
 from columns import sphere_volume
 
 from packgen.arrange.crew import Alone, Crew
+from packgen.arrange.task import Listener
 from packgen.bed import Bed
 from packgen.container import load_container
 from packgen.filling.pack import pack
@@ -41,7 +42,7 @@ from packgen.workers.cluster import Cluster, local_cluster
 RADIUS = 0.5  # m
 LOOSEST = 0.5  # solid fraction by which the height is chosen
 SMALL = (40, 2_000)  # width in diameters, and spheres, of the bed before time is taken
-CALLS = 2_000
+CALLS = 500
 WORKERS = (1, 2)
 
 
@@ -82,13 +83,13 @@ def box_document(spheres: int, diameters: float, tile: float | str = "auto") -> 
     }
 
 
-def packed(document: dict[str, Any], crew: Crew) -> Bed:
-    """Return the bed of a scene."""
+def packed(document: dict[str, Any], crew: Crew, on_progress: Listener | None = None) -> Bed:
+    """Return the bed of a scene; progress is told after each unit, and each of the last layers."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "box.yaml"
         path.write_text(json.dumps(document), encoding="utf-8")
         scene = load_scene(path)
-        return pack(scene, load_container(scene), crew=crew).bed
+        return pack(scene, load_container(scene), crew=crew, on_progress=on_progress).bed
 
 
 def digest(bed: Bed) -> str:
@@ -100,6 +101,11 @@ def digest(bed: Bed) -> str:
 def peak_memory() -> int:
     """Return the most memory that this process has held [bytes]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def note(moments: list[float]) -> None:
+    """Note the time."""
+    moments.append(time.perf_counter())
 
 
 def nothing(number: int) -> int:
@@ -114,8 +120,9 @@ def one_run(workers: int, document: dict[str, Any]) -> dict[str, Any]:
         for number, each in enumerate((box_document(SMALL[1], SMALL[0], 20.0), document)):
             own = Path(folder) / str(number)
             own.mkdir()
+            moments: list[float] = []
             begin = time.perf_counter()
-            bed = packed(each, Cluster(lambda: crew.client, own, 1))
+            bed = packed(each, Cluster(lambda: crew.client, own, 1), lambda _: note(moments))  # noqa: B023
             seconds = time.perf_counter() - begin
         units = len(list(own.glob("layer_*_tile_*[0-9].npz")))
         memory = max(crew.client.run(peak_memory).values())
@@ -123,6 +130,7 @@ def one_run(workers: int, document: dict[str, Any]) -> dict[str, Any]:
         "what": f"{workers} processes" if workers > 1 else "1 process",
         "spheres": bed.count,
         "seconds": seconds,
+        "seconds_units": moments[units - 1] - begin,
         "units": units,
         "memory_MB": memory / 1e6,
         "memory_before_MB": before / 1e6,
@@ -174,24 +182,35 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def write_summary(path: Path, rows: list[dict[str, Any]], facts: dict[str, str], diameters: float) -> None:
     """Write the medians."""
     runs = [row for row in rows if "spheres" in row]
-    lines, seconds = [], []
+    lines, seconds, of_units = [], [], []
     for what in dict.fromkeys(row["what"] for row in runs):
         own = [row for row in runs if row["what"] == what]
         seconds.append(median(row["seconds"] for row in own))
+        of_units.append(median(row["seconds_units"] for row in own))
         lines.append(
             (
                 what,
                 f"{own[0]['spheres']:,}",
                 output.number(seconds[-1]),
+                output.number(of_units[-1]),
                 output.number(1e6 * seconds[-1] / own[0]["spheres"]),
                 output.number(max(row["memory_MB"] for row in own)),
                 output.number(median(row["memory_before_MB"] for row in own)),
             )
         )
-    head = ("processes", "spheres", "time [s]", "us a sphere", "peak memory [MB]", "of it before [MB]")
+    head = (
+        "processes",
+        "spheres",
+        "time [s]",
+        "of units [s]",
+        "us a sphere",
+        "peak memory [MB]",
+        "of it before [MB]",
+    )
     one_bed = len({row["digest"] for row in runs}) == 1
     notes = [
-        f"two processes against one: {seconds[0] / seconds[1]:.2f} times as fast",
+        f"two processes against one: {seconds[0] / seconds[1]:.2f} times as fast, "
+        f"their units {of_units[0] / of_units[1]:.2f} times",
         f"all beds are {'the same one, bit for bit' if one_bed else 'DIFFERENT'}",
         f"units a bed: {runs[0]['units']}; a unit writes {output.number(rows[1]['written_MB'])} MB",
         f"a call that does nothing: {1e3 * rows[0]['seconds']:.2f} ms",

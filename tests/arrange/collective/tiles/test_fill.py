@@ -208,3 +208,13 @@ def test_what_cannot_be_divided_is_refused_in_a_line_with_a_remedy(tmp_path, key
     assert "not supported yet" in line
     assert expected in line
     assert "leave" in line
+
+
+@pytest.mark.slow
+def test_a_wide_vessel_has_tiles_of_four_colours_and_one_bed_in_any_order(tmp_path):
+    wide = {"container": box([0, 0, 0], [16, 4.2, 3]), "zones": [{"n_particles": 60000}]}
+    bed = packed(tmp_path, Alone(tmp_path), **wide).bed
+    places = {path.name.split("_tile_")[1] for path in tmp_path.glob("layer_00001_*[0-9].npz")}
+    assert len(places) == 8 * 2
+    assert bed.count == 60000
+    assert digest(packed(tmp_path, LastFirst(), **wide).bed) == digest(bed)
