@@ -223,10 +223,10 @@ def what_breaks(outcome: Outcome, plan: Plan) -> list[str]:
     last = 1.5 / plan.layers * outcome.ideal * plan.nodes
     memory = [
         "1. The memory of the process that hands units out, whatever the cluster. It draws all radii",
-        f"   ({DRAWN * gigabytes:.0f} GB), gathers the bed ({ROW * gigabytes:.0f} GB), checks and measures it "
-        f"({ARRAYS * gigabytes:.0f} GB). A tenth of these spheres",
-        "   is what a machine of 64 GB can take. What units leave is in files by unit already; check, measures",
-        "   and decks have to go through these.",
+        f"   ({DRAWN * gigabytes:.0f} GB), gathers the bed ({ROW * gigabytes:.0f} GB), checks and measures "
+        f"it ({ARRAYS * gigabytes:.0f} GB). A tenth of these spheres",
+        "   is what a machine of 64 GB can take. What units leave is in files by unit; check, measures, decks",
+        "   have to go through these.",
     ]
     scheduler = [
         f"2. The scheduler, busy for {outcome.scheduler:.0%} of the time: machines wait for it. At",

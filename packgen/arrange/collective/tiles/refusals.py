@@ -15,6 +15,8 @@ from packgen.portable import components
 
 NOT_YET = "not supported yet with --workers, --scheduler or params.tile"
 
+AXIS_ROUNDING = 1.0e-12  # of the component of a unit vector along its axis
+
 
 def check_divisible(task: Task) -> None:
     """Refuse what no unit can arrange, as far as the task tells.
@@ -30,6 +32,8 @@ def check_divisible(task: Task) -> None:
         faults.append("container.periodic: found a box that wraps around, expected walls on all sides")
     elif floor_direction(task.down, container.periodic) is None:
         faults.append("gravity: found none, expected a bed that lies on something")
+    elif float(np.abs(task.down).max()) < 1.0 - AXIS_ROUNDING:
+        faults.append("gravity_axis: found a direction askew to x, y and z, expected one of these")
     if settings.batch_size is not None:
         faults.append(
             f"params.batch_size: found {settings.batch_size}, expected none: layers are as thick as they are"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.random import SeedSequence
 
+from packgen.arrange.collective.layer_starts import NARROW_SHARE, SPARE_STARTS
 from packgen.arrange.collective.open_zone import settled_in
 from packgen.arrange.collective.plan import LayerPlan
 from packgen.arrange.collective.starts import assign_starts
@@ -27,13 +28,6 @@ RIM = 2.25
 DEEPER = 2.0
 """How much deeper spheres lie that are put away than in a bed without tiles, in diameters: that is how much
 lower the surface of a tile beside may be."""
-
-SPARE_STARTS = 5
-"""Start positions among which a sphere of broad sizes chooses."""
-
-NARROW_SHARE = 0.4
-"""If under this share of the start positions keep a sphere fully inside the walls, those that keep half of it
-inside are used too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +160,7 @@ def fill_unit(task: TileTask, unit: Unit, before: Surroundings, stock: Stock, th
 
 
 def _put_away(surface: TileSurface, front: Spheres, before: Surroundings, thrown_back: int) -> Worked:
+    """Put away what no layer can reach any more, and return what the unit leaves."""
     deep = surface.deep(front)
     buried_tops = np.maximum(
         before.buried_tops, surface.window.tops(front.position[deep], front.radius[deep])
@@ -180,13 +175,14 @@ class TileSurface:
 
     Attributes:
         task: What all units share.
+        unit: Which one this is.
         window: The columns of the tile and its halo.
         top: Altitude up to which the layer fills the tile [m].
         tops: Top of the bed column by column [m].
     """
 
     def __init__(self, task: TileTask, unit: Unit, before: Surroundings) -> None:
-        self.task, self._unit, self._before = task, unit, before
+        self.task, self.unit, self._before = task, unit, before
         self.window = Window(task.layout, unit)
         self.top = task.top(unit.layer)
         self.tops = self._tops(before.front)
@@ -194,7 +190,7 @@ class TileSurface:
     @property
     def level(self) -> float:
         """Altitude up to which the layer before filled all tiles [m]."""
-        task, layer = self.task, self._unit.layer
+        task, layer = self.task, self.unit.layer
         return task.top(layer - 1) if layer else task.region.floor
 
     def _tops(self, front: Spheres) -> Float64Array:
@@ -226,8 +222,8 @@ class TileSurface:
         task, layout = self.task, self.task.layout
         width = float(layout.columns.width.min())
         count = round(RIM * task.sizes.diameter / width)
-        rim, own = np.zeros(self.window.count, bool), self.window.near(layout.tile(self._unit), count)
-        for other in layout.earlier_neighbors(self._unit):
+        rim, own = np.zeros(self.window.count, bool), self.window.near(layout.tile(self.unit), count)
+        for other in layout.earlier_neighbors(self.unit):
             rim |= own & self.window.near(layout.tile(other), count)
         return rim, (count + 1) * width
 
@@ -236,7 +232,7 @@ class TileSurface:
         task, layout = self.task, self.task.layout
         column = self.window.index(position)
         guard = int(np.ceil(2.0 * task.sizes.radius_max / float(layout.columns.width.min())))
-        seen = self.window.near(layout.tile(self._unit), layout.halo - guard)
+        seen = self.window.near(layout.tile(self.unit), layout.halo - guard)
         bottom = components(position, task.region.frame[2]) - radius
         buried = self.window.highest(self._before.buried_tops, 2.0 * task.sizes.radius_max)
         return np.asarray(seen[column] & (bottom > buried[column]))
@@ -263,7 +259,7 @@ def start_points(surface: TileSurface, rng: np.random.Generator) -> Float64Array
     region, sizes = task.region, task.sizes
     own = surface.tops[window.own]
     low = min(max(float(own.min()), surface.top - 2.0 * task.thickness), surface.top)
-    least, most = _rectangle(task.layout, task.layout.tile(surface._unit), region)
+    least, most = _rectangle(task.layout, task.layout.tile(surface.unit), region)
     spare = SPARE_STARTS if sizes.broad else 1
     mean = spare * sizes.fraction / sizes.mean_volume * float(np.prod(most - least)) * (surface.top - low)
     count = int(rng.poisson(mean))

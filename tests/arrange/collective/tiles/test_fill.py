@@ -192,6 +192,7 @@ def test_seams_are_as_dense_as_the_rest_and_the_bed_as_one_piece(tmp_path):
     [
         ({"container": {**TROUGH, "periodic": ["x"]}}, "wraps around"),
         ({"zones": [{"n_particles": 9}, {"n_particles": 9}]}, "found 2 zones, expected one"),
+        ({"gravity_axis": [0.1, 0, -1]}, "found a direction askew to x, y and z"),
         ({"params": {"tile": 20, "tolerance": None}}, "params.tolerance: found null"),
         ({"params": {"tile": 20, "batch_size": 99}}, "params.batch_size: found 99"),
         ({"params": {"tile": 20, "optimizer": "adam"}}, "found ADAM, expected COLLECTIVE_ARRANGEMENT"),
