@@ -1,4 +1,4 @@
-"""Eleven scenes and the digests of their beds: ``python -m tests.digests`` prints, ``--write`` keeps them.
+"""Twelve scenes and the digests of their beds: ``python -m tests.digests`` prints, ``--write`` keeps them.
 
 A bed's digest is that of its bytes: positions, radii, sets, zones and batches. A change that is to leave beds
 as they are leaves the digests as they are, on every machine.
@@ -132,6 +132,15 @@ SCENES: dict[str, Callable[[Path], Bed]] = {
             algorithm="JAMMED",
             params={"certificate": False, "swap": True},
             zones=[{"n_particles": 1000}],
+        ).bed
+    ),
+    "tiles": lambda at: (
+        run_scene(
+            at,
+            {"cylinder": {"radius": 1.6, "height": 0.6}},
+            uniform(0.02, 0.035),
+            params={"tile": 20},
+            zones=[{"n_particles": 8000}],
         ).bed
     ),
 }

@@ -1,4 +1,4 @@
-"""One bed on every machine: digests of eleven scenes, here and as an older processor would compute them."""
+"""One bed on every machine: digests of twelve scenes, here and as an older processor would compute them."""
 
 from __future__ import annotations
 

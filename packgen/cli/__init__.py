@@ -35,7 +35,8 @@ EPILOG = """other commands:
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
-130 interrupted, nothing written, but a bed whose validation was interrupted is in DIR.unvalidated"""
+130 interrupted, nothing written, but a bed whose validation was interrupted is in DIR.unvalidated,
+and what processes that share a bed have done in DIR.parts"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -86,9 +86,10 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]
     if "read_from" in settings:
         rows.append(("Read from", f"{settings['read_from']}, {settings.get('format', '')}"))
-    optimizer = inner.get("params", {}).get("optimizer")
-    if optimizer and "algorithm" in settings:
-        rows.append(("Algorithm", f"{settings.get('algorithm', '')}, optimiser {optimizer}"))
+    params = inner.get("params", {})
+    if params.get("optimizer") and "algorithm" in settings:
+        tiled = ", in tiles" if params.get("tile") else ""
+        rows.append(("Algorithm", f"{settings['algorithm']}, optimiser {params['optimizer']}{tiled}"))
     rows.append(("Version", f"packgen {report['packgen']}"))
     rows += [
         (

@@ -108,13 +108,12 @@ class Cluster:
         try:
             return Done(key, future.result())
         except Exception as error:
-            if future.status != "error":  # of the call's own
+            if future.status != "error":  # the call itself has raised nothing
                 raise WorkerError(self._lost()) from error
             if type(error).__name__ != "KilledWorker":
                 raise
             raise WorkerError(
-                f"{tuple(key)}: each of {ENDED_MAX + 1} processes ended as it worked on this, by lack of "
-                f"memory maybe; {self._kept}"
+                f"{key}: every process that worked on it has ended, by lack of memory maybe; {self._kept}"
             ) from error
         finally:
             future.release()
@@ -173,9 +172,9 @@ def _left_to_this_process() -> Iterator[None]:
     before = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = "ignore:resource_tracker"
     masked = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
-    # It unblocks the signal again where it starts.
-    resource_tracker.ensure_running()
     if masked:
+        # It unblocks the signal again where it starts.
+        resource_tracker.ensure_running()
         former = signal.pthread_sigmask(signal.SIG_BLOCK, masked)
     try:
         yield
@@ -217,7 +216,13 @@ def remote_cluster(address: str, folder: Path, threads: int | None) -> Iterator[
             raise PackgenError(
                 f"--scheduler {address}: found no workers, expected some; start dask worker {address}"
             ) from None
-        places = client.run(_place, str(folder))
+        try:
+            places = client.run(_place, str(folder))
+        except ImportError as error:
+            raise PackgenError(
+                f"--scheduler {address}: its workers lack a library: {error}; install packgen "
+                f"{__version__} there"
+            ) from error
         _check(address, folder, places)
         yield Cluster(lambda: client, folder, threads or min(each.cores for each in places.values()))
 

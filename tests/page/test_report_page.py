@@ -103,6 +103,15 @@ def test_the_page_loads_nothing(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("tile", "said"), [(None, "optimiser projection<"), ("auto", "projection, in tiles<")]
+)
+def test_the_page_says_whether_a_bed_was_made_in_tiles(tmp_path, tile, said):
+    params = {"optimizer": "projection", "tile": tile}
+    lattice_folder(tmp_path, provenance={"settings": {"params": params}})
+    assert said in report_folder(tmp_path).read_text(encoding="utf-8")
+
+
 def test_a_complete_bed_and_a_missed_one_say_so_in_words(tmp_path):
     for name, placed, word in (("whole", 125, "Complete"), ("part", 120, "Missed")):
         folder = tmp_path / name

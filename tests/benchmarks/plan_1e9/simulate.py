@@ -225,7 +225,7 @@ def what_breaks(outcome: Outcome, plan: Plan) -> list[str]:
         "1. The memory of the process that hands units out, whatever the cluster. It draws all radii",
         f"   ({DRAWN * gigabytes:.0f} GB), gathers the bed ({ROW * gigabytes:.0f} GB), checks and measures "
         f"it ({ARRAYS * gigabytes:.0f} GB). A tenth of these spheres",
-        "   is what a machine of 64 GB can take. What units leave is in files by unit; check, measures, decks",
+        "   is what a machine of 64 GB takes. What units leave is in files by unit: check, measures, decks",
         "   have to go through these.",
     ]
     scheduler = [
