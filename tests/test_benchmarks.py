@@ -215,9 +215,9 @@ def test_export_speed_writes_each_format_in_a_process_of_its_own(tmp_path):
 
 @pytest.mark.slow
 def test_facets_packs_the_same_spheres_in_a_form_and_in_meshes_of_facets(tmp_path):
-    rows, text = run("facets", tmp_path, "--spheres", "300", "--facets", "2000", "--repeats", "2")
+    rows, text = run("facets", tmp_path, "--spheres", "300", "--facets", "2000", "--repeats", "1")
     names = ["plain cylinder", "straight, 2,070 facets", "waisted, 2,070 facets"]
-    assert [row["vessel"] for row in rows] == 2 * names
+    assert [row["vessel"] for row in rows] == names
     assert {row["spheres"] for row in rows} == {"300"}
     assert all(0.0 < float(row["arrange"]) < float(row["seconds"]) for row in rows)
     assert text.splitlines()[0] == "What facets cost"
