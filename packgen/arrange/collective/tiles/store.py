@@ -11,7 +11,10 @@ from __future__ import annotations
 import os
 import pickle
 import tempfile
-from collections.abc import Sequence
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -25,6 +28,7 @@ from packgen.arrange.collective.tiles.stock import Stock
 from packgen.arrange.collective.tiles.unit import TileTask
 from packgen.arrange.spheres import Spheres
 from packgen.arrays import Float64Array
+from packgen.errors import ReadError
 from packgen.supply.supply import Draw
 
 ROW = np.dtype(
@@ -38,6 +42,9 @@ ROW = np.dtype(
 """A sphere at rest, 40 bytes."""
 
 TASK = "task.pickle"
+
+DAMAGED = (EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile, zlib.error)
+"""What NumPy raises at a file that is not the one that was written."""
 
 Rows = NDArray[Any]
 """Spheres at rest, dtype ``ROW``, shape (N,)."""
@@ -60,6 +67,9 @@ class UnitReport(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Store:
     """The folder of a run's units; all processes that work on it must see it.
+
+    What reads a unit's files raises a ``ReadError`` where one is damaged, or gone: a disk was full, or a
+    machine went down before it had written all.
 
     Attributes:
         folder: The folder, which exists.
@@ -89,13 +99,13 @@ class Store:
 
     def read_stock(self, unit: Unit, dealt: Stock) -> Stock:
         """Return a tile's spheres of a round as a unit has left them."""
-        with np.load(self.folder / _bed_name(unit)) as stored:
+        with self._stored(_bed_name(unit)) as stored:
             carried = Draw(stored["carried_radius"], stored["carried_set"])
             return Stock(dealt.radius, dealt.set_index, int(stored["cursor"]), carried)
 
     def read_blocks(self, unit: Unit, blocks: Sequence[Block]) -> list[tuple[Rows, Float64Array]]:
         """Return spheres and buried tops of some blocks as a unit has left them; nothing else is read."""
-        with np.load(self.folder / _state_name(unit)) as stored:
+        with self._stored(_state_name(unit)) as stored:
             return [(stored[_member("rows", each)], stored[_member("tops", each)]) for each in blocks]
 
     def write_blocks(self, unit: Unit, blocks: dict[Block, tuple[Rows, Float64Array]]) -> None:
@@ -118,15 +128,14 @@ class Store:
 
     def report(self, unit: Unit) -> UnitReport | None:
         """Return what a unit has reported; None: it is not done."""
-        try:
-            with np.load(self.folder / _bed_name(unit)) as stored:
-                return UnitReport(*stored["report"].tolist())
-        except FileNotFoundError:
+        if not (self.folder / _bed_name(unit)).exists():
             return None
+        with self._stored(_bed_name(unit)) as stored:
+            return UnitReport(*stored["report"].tolist())
 
     def buried(self, unit: Unit) -> Rows:
         """Return the spheres that a unit has put away."""
-        with np.load(self.folder / _bed_name(unit)) as stored:
+        with self._stored(_bed_name(unit)) as stored:
             rows: Rows = stored["rows"]
             return rows
 
@@ -134,15 +143,37 @@ class Store:
         """Remove the blocks of a unit that no other will read."""
         (self.folder / _state_name(unit)).unlink(missing_ok=True)
 
+    @contextmanager
+    def _stored(self, name: str) -> Iterator[Any]:
+        """Open a file of arrays.
+
+        Raises:
+            ReadError: It is damaged, or not there.
+        """
+        path = self.folder / name
+        remedy = f"remove {self.folder} and begin anew, without --resume"
+        try:
+            with np.load(path) as stored:
+                yield stored
+        except FileNotFoundError:
+            raise ReadError(f"{path}: found no such part of the bed, expected one; {remedy}") from None
+        except DAMAGED as error:
+            reason = " ".join(str(error).split())
+            raise ReadError(
+                f"{path}: found a damaged part of the bed, expected a whole one: {reason}; {remedy}"
+            ) from error
+
     def _whole(self, name: str, write: Any) -> None:
         """Write a file that is there as a whole or not at all."""
-        with tempfile.NamedTemporaryFile(dir=self.folder, prefix=".", delete=False) as file:
-            try:
+        descriptor, scratch = tempfile.mkstemp(dir=self.folder, prefix=".")
+        try:
+            # A full disk may be told of only where the file is closed.
+            with open(descriptor, "wb") as file:
                 write(file)
-            except BaseException:
-                os.unlink(file.name)
-                raise
-        os.replace(file.name, self.folder / name)
+            os.replace(scratch, self.folder / name)
+        except BaseException:
+            os.unlink(scratch)
+            raise
 
 
 @lru_cache(maxsize=1)

@@ -11,6 +11,7 @@ from packgen.arrange.collective.tiles.layout import Block, Unit
 from packgen.arrange.collective.tiles.stock import Stock, no_draw
 from packgen.arrange.collective.tiles.store import Store, UnitReport, rows_of, spheres_of
 from packgen.arrange.spheres import Spheres
+from packgen.errors import ReadError
 from packgen.supply.supply import Draw
 
 UNIT = Unit(3, 1, 0)
@@ -68,6 +69,34 @@ def test_a_file_that_cannot_be_written_to_its_end_is_not_there(store):
     with pytest.raises(ValueError, match="pickle"):
         store.write_blocks(UNIT, {Block(0, 0): (Unpicklable(), np.zeros(1))})
     assert os.listdir(store.folder) == []
+
+
+@pytest.mark.parametrize("size", [0, 1, 300, -30], ids=["none", "byte", "beginning", "no end"])
+def test_a_part_that_is_damaged_is_told_in_a_line_with_the_remedy(store, size):
+    block = Block(0, 0)
+    stock = Stock(np.ones(9), np.zeros(9, np.int32), 4, no_draw())
+    store.write_blocks(UNIT, {block: (rows_of(some_spheres(9)), np.zeros((2, 3)))})
+    store.finish(UNIT, rows_of(some_spheres(9)), stock, UnitReport(5, 4, 9))
+    for name in os.listdir(store.folder):
+        path = store.folder / name
+        path.write_bytes(path.read_bytes()[:size])
+    reads = (
+        lambda: store.report(UNIT),
+        lambda: store.buried(UNIT),
+        lambda: store.read_stock(UNIT, stock),
+        lambda: store.read_blocks(UNIT, [block]),
+    )
+    for read in reads:
+        with pytest.raises(
+            ReadError, match=r"layer_00003.*: found a damaged part.*; remove .* --resume"
+        ) as told:
+            read()
+        assert len(str(told.value).splitlines()) == 1
+
+
+def test_blocks_that_are_gone_are_told_in_a_line_with_the_remedy(store):
+    with pytest.raises(ReadError, match=r"layer_00003.*state.npz: found no such part.*; remove .* --resume"):
+        store.read_blocks(UNIT, [Block(0, 0)])
 
 
 class Unpicklable:
