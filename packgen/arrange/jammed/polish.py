@@ -199,7 +199,11 @@ class Polisher:
             if grown > factor:
                 center, factor = moved, grown
                 way = WIDER * float(np.abs(step.move[bones.spheres]).max())
-                reach = min(SHORTER * reach, way) if balanced else min(LONGER * reach, REACH_MAX * unit)
+                if balanced:
+                    # One more programme tells whether there is anything left to gain.
+                    reach = max(min(SHORTER * reach, way), REACH_LAST * unit)
+                else:
+                    reach = min(LONGER * reach, REACH_MAX * unit)
             else:
                 reach *= BACK
             if reach < REACH_LAST * unit:

@@ -138,6 +138,14 @@ def test_few_spheres_jam_in_walls(name, count, tmp_path):
     assert result.bed.count == count
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_few_spheres_between_plane_walls_are_proven_to_be_jammed(count, tmp_path):
+    proof = jammed(tmp_path, VESSELS["box"], constant(0.05), {"n_particles": count}).jamming
+    assert proof.proven
+    assert proof.force_residual < 1e-9
+    assert proof.gap_max < 1e-12
+
+
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_too_few_spheres_for_a_periodic_box_are_refused_with_the_number_that_is_enough(count, tmp_path):
     with pytest.raises(
