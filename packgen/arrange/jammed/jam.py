@@ -158,7 +158,7 @@ class Jammer:
         return Jammed(
             center, factor, "quench", False, held, contacts, contacts - (3 * int(held.sum()) - ways + 1),
             rest.residual, self._overlap(center, radius, factor),
-            max(pair.max(initial=0.0), wall.max(initial=0.0)), rest.pressure, 0,
+            float(max(pair.max(initial=0.0), wall.max(initial=0.0))), rest.pressure, 0,
         )  # fmt: skip
 
     def _overlap(self, center: Float64Array, radius: Float64Array, factor: float) -> float:

@@ -20,7 +20,7 @@ from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_g
 from packgen.arrange.space.map_kernels import WallList
 from packgen.arrange.space.seams import is_periodic, wrapped_coordinate
 from packgen.arrange.space.walls import WallTable, walls_in_reach
-from packgen.compiled import inlined, inner_loop
+from packgen.compiled import inner_loop
 
 SKIN = 0.35
 """Skin of the neighbour lists, see ``list_reach``: shorter ones end too soon, longer ones hold too much."""
@@ -171,12 +171,6 @@ def held_by(center: NDArray[np.float64], near: Near) -> None:
         i, j = near.first[k], near.second[k]
         mass[i] += half[i] + half[j]
         mass[j] += half[i] + half[j]
-
-
-@inlined
-def overlap_of(apart: float, square: float) -> float:
-    """Return by how much two spheres overlap [m] whose centres are the root of ``square`` from each other."""
-    return apart - math.sqrt(square)
 
 
 @inner_loop
