@@ -24,6 +24,7 @@ from packgen.cores import free_cores
 from packgen.errors import PackgenError
 from packgen.leftovers import SCRATCH, owner
 from packgen.version import __version__
+from packgen.workers.parts import Parts
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -123,6 +124,8 @@ class Cluster:
 
     @property
     def _kept(self) -> str:
+        if not Parts(self.folder).begun:
+            return "nothing is done yet"
         return f"what is done is in {self.folder}, --resume goes on with it"
 
 

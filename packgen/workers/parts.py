@@ -57,19 +57,24 @@ class Parts:
         if resume:
             self._check(wanted)
             return
-        if self.folder.exists():
+        try:
+            self.folder.mkdir(parents=True)
+        except FileExistsError:
             raise ExportError(
                 f"{self.folder}: holds the parts of a run that did not end; give --resume to go on with it, "
                 "or remove the folder"
-            )
+            ) from None
+        except OSError as error:
+            raise self._unwritable(error) from error
         try:
-            self.folder.mkdir(parents=True)
             (self.folder / MANIFEST).write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
         except OSError as error:
-            reason = error.strerror or str(error)
-            raise ExportError(
-                f"{self.folder}: cannot be written: {reason}; choose another with -o"
-            ) from error
+            self.remove()
+            raise self._unwritable(error) from error
+
+    def _unwritable(self, error: OSError) -> ExportError:
+        reason = error.strerror or str(error)
+        return ExportError(f"{self.folder}: cannot be written: {reason}; choose another with -o")
 
     def _check(self, wanted: Mapping[str, Any]) -> None:
         """Refuse a folder that is not of the scene."""

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import pytest
 from packgen.arrange.crew import Alone
 from packgen.errors import PackgenError
 from packgen.filling.pack import pack
-from packgen.workers.cluster import WorkerError, local_cluster, remote_cluster
+from packgen.workers.cluster import Cluster, WorkerError, local_cluster, remote_cluster
 from tests.scenes import box, constant, read_scene
 
 TROUGH = box([0, 0, 0], [8, 1, 3])
@@ -154,6 +155,15 @@ def test_processes_start_with_the_first_call(tmp_path):
     with local_cluster(2, tmp_path, None) as crew:
         assert crew.threads >= 1
         assert dask.client._global_clients == {}
+
+
+def test_a_lost_scheduler_claims_only_what_is_there(tmp_path):
+    crew = Cluster(lambda: SimpleNamespace(status="closed"), tmp_path, 1)
+    with pytest.raises(WorkerError, match="does not answer any more; nothing is done yet"):
+        crew.next_done()
+    (tmp_path / "layer_00000_tile_0000_0000.npz").touch()
+    with pytest.raises(WorkerError, match=r"does not answer any more; what is done is in .*, --resume"):
+        crew.next_done()
 
 
 def test_a_machine_without_dask_is_told_how_to_install_it(tmp_path, monkeypatch):

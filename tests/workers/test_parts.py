@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import replace
 
 import pytest
@@ -69,6 +70,17 @@ def test_a_manifest_that_cannot_be_read_is_refused(parts, scene):
     (parts.folder / "manifest.json").write_text("{")
     with pytest.raises(ExportError, match="cannot be read"):
         parts.open(scene, resume=True)
+
+
+def test_a_folder_that_cannot_be_written_is_not_left_behind(parts, scene, monkeypatch):
+    def full(self, *_, **__):
+        self.touch()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_text", full)
+    with pytest.raises(ExportError, match="cannot be written: No space left on device; choose another"):
+        parts.open(scene, resume=False)
+    assert not parts.folder.exists()
 
 
 def test_parts_are_begun_with_the_first_unit_and_removed_as_a_whole(parts, scene):
