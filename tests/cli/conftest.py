@@ -23,6 +23,7 @@ class Result:
     bed: object
     zones: tuple[Zone, ...] = (Zone(),)
     warnings: tuple[str, ...] = ()
+    jamming: None = None
 
 
 @pytest.fixture
