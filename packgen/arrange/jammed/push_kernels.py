@@ -61,7 +61,7 @@ class Near(NamedTuple):
         anchor: Centres when the lists were made [m], shape (N, 3), float64.
         margin: How far each may move [m], shape (N,), float64.
         half: Radii times the common factor [m], shape (N,), float64.
-        mass: Stiffness of all that holds each [m], shape (N,), float64; see ``held_by``.
+        mass: Stiffness of all that holds each [m], shape (N,), float64; see ``find_masses``.
     """
 
     begin: NDArray[np.int64]
@@ -142,12 +142,12 @@ def sorted_by_cell(spheres: Soft, grown: float, walls: WallTable):  # type: igno
         begin, item, first, second, offset, WallList(wall_begin, wall_item, room), anchor, margin, half,
         np.empty(count),
     )  # fmt: skip
-    held_by(center, near)
+    find_masses(center, near)
     return near
 
 
 @inner_loop
-def held_by(center: NDArray[np.float64], near: Near) -> None:
+def find_masses(center: NDArray[np.float64], near: Near) -> None:
     """Find the mass of each sphere: the stiffness of all its contacts.
 
     Whatever the sizes, no oscillation of spheres so heavy is then faster than sqrt(2) a unit of time: no

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.collective.tiles.layout import Block, Unit
-from packgen.arrange.collective.tiles.stock import Stock
+from packgen.arrange.collective.tiles.stock import Stock, no_draw
 from packgen.arrange.collective.tiles.unit import TileTask
 from packgen.arrange.spheres import Spheres
 from packgen.arrays import Float64Array
@@ -95,7 +95,7 @@ class Store:
         """Return a tile's spheres of a round, none of them handed out."""
         radius = np.load(self.folder / f"round_{number}_radius.npy", mmap_mode="r")
         set_index = np.load(self.folder / f"round_{number}_set.npy", mmap_mode="r")
-        return Stock(radius[begin:end], set_index[begin:end], 0, Draw(radius[:0], set_index[:0]))
+        return Stock(radius[begin:end], set_index[begin:end], 0, no_draw())
 
     def read_stock(self, unit: Unit, dealt: Stock) -> Stock:
         """Return a tile's spheres of a round as a unit has left them."""
