@@ -51,7 +51,9 @@ def read_dump(text: Text, step: int | None) -> SphereFile:
         raise fault(
             text.path, "a last line without an end", "whole lines", place=text.line_at(stop), remedy=EARLIER
         )
-    rows = text.rows(head.start, stop)
+    # The items of the next step may stand before its time step, such as ITEM: TIME.
+    after = text.data.find(b"\nITEM:", head.start, stop)
+    rows = text.rows(head.start, stop if after < 0 else after + 1)
     found = read_columns(rows, columns, width=len(head.columns), count=count)
     low, high, periodic = _box(text, head, starts[place])
     for axis, name in enumerate("xyz"):
@@ -147,6 +149,9 @@ def _box(text: Text, head: _Head, start: int) -> tuple[Float64Array, Float64Arra
     """Return lower and upper corner of the box [m], each (3,), and along which axes it wraps around."""
     name = next((each for each in head.items if each.startswith("BOX BOUNDS")), "")
     line = text.line_at(start)
+    tilted = fault(text.path, "a box that is tilted", "one whose edges lie along x, y and z", place=line)
+    if "abc" in name.split():  # LAMMPS's general triclinic box: three edges and the origin
+        raise tilted
     try:
         bounds = np.array([[float(word) for word in row.split()] for row in head.items.get(name, [])])
         if bounds.shape not in {(3, 2), (3, 3)} or not np.isfinite(bounds).all():
@@ -162,7 +167,7 @@ def _box(text: Text, head: _Head, start: int) -> tuple[Float64Array, Float64Arra
             remedy=EARLIER,
         ) from None
     if bounds[:, 2:].any():
-        raise fault(text.path, "a box that is tilted", "one whose edges lie along x, y and z", place=line)
+        raise tilted
     flags = [word for word in name.split()[2:] if len(word) == 2]
     x, y, z = (flag == "pp" for flag in (flags if len(flags) == 3 else ["ff"] * 3))
     return bounds[:, 0], bounds[:, 1], (x, y, z)

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.reading.faults import fault, shown
+from packgen.reading.faults import Faults, fault, shown
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, read_columns
 from packgen.reading.spheres import Cell, Groups, SphereFile, from_columns
 from packgen.reading.steps import place_of_step
@@ -61,7 +61,7 @@ def read_extxyz(text: Text, step: int | None) -> SphereFile:
     columns = [Column(name, place, RULES.get(name, NUMBER)) for name, place in names.items()]
     rows = text.rows(frame.start, frame.stop)
     found = read_columns(rows, columns, width=width, count=frame.count)
-    known = {} if species is None or "set" in found else {"groups": _groups(rows, species)}
+    known = {} if species is None or "set" in found else {"groups": _groups(rows, species, width)}
     return from_columns(text.path, KIND, found, cell=_cell(text, frame), **known)
 
 
@@ -124,11 +124,26 @@ def _properties(text: Text, frame: _Frame) -> tuple[dict[str, int], int, int | N
     return places, place, species
 
 
-def _groups(rows: Rows, place: int) -> Groups:
-    """Return the spheres' species as groups, named in the order in which they come."""
+def _groups(rows: Rows, place: int, width: int) -> Groups:
+    """Return the spheres' species as groups, named in the order in which they come.
+
+    Args:
+        rows: The rows.
+        place: Column of the species, from 0.
+        width: Values that a row should have.
+
+    Raises:
+        ReadError: A row has no species; one line a fault.
+    """
     number: dict[str, int] = {}
-    cells = (line.split(None, place + 1) for line in io.StringIO(rows.text))
-    index = [number.setdefault(each[place], len(number)) for each in cells if each]
+    index, faults = [], Faults(rows.path)
+    for line, row in enumerate(io.StringIO(rows.text), start=rows.line):
+        cells = row.split("#", 1)[0].split(None, place + 1)
+        if len(cells) > place:
+            index.append(number.setdefault(cells[place], len(number)))
+        elif cells:
+            faults.add(f"{len(cells)} values", str(width), place=line)
+    faults.check()
     return Groups(np.array(index, dtype=np.int64), "name", tuple(number))
 
 

@@ -36,7 +36,7 @@ def dump_text(
     rows, columns="id type x y z radius", *, step=0, count=None, flags="ff ff ff", box=((0, 3),) * 3
 ):
     """A frame of a LIGGGHTS or LAMMPS dump."""
-    bounds = "".join(f"{low} {high}\n" for low, high in box)
+    bounds = "".join(" ".join(map(str, row)) + "\n" for row in box)
     lines = "".join(" ".join(map(repr, row)) + " \n" for row in rows)
     return (
         f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows) if count is None else count}\n"

@@ -64,6 +64,14 @@ FAULTS = {
         "expected three lines of two numbers, the lower one first",
     ),
     "dump without a box": (dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], box=()), "box bounds that are none"),
+    "dump with a tilted box": (
+        dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], flags="xy xz yz pp pp pp", box=((0, 4, 1),) * 3),
+        "found a box that is tilted, expected one whose edges lie along x, y and z",
+    ),
+    "dump with a box of any edges": (
+        dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], flags="abc origin pp pp pp", box=((3, 0, 0, 0),) * 3),
+        "found a box that is tilted, expected one whose edges lie along x, y and z",
+    ),
     "data cut": (f"{HEAD}Atoms\n\n1 1 0.2 2500 0 0 0\n", "found 1 row .* the 2 that the file announces"),
     "data without atoms": (HEAD, "found no section Atoms"),
     "data without rows": (f"{HEAD}Atoms\n\n", "found no rows"),
@@ -87,6 +95,10 @@ FAULTS = {
     ),
     "xyz with words": (XYZ + "A 0 0 b 1\n", r":4: found z 'b', expected a finite number"),
     "xyz with rest": (XYZ + "A 0 0 0 1\nrest\n", r":5: found 'rest', expected the number of spheres"),
+    "xyz that lacks a species": (
+        "3\nProperties=pos:R:3:radius:R:1:species:S:1\n0 0 0 1 A\n0 0 3 1\n0 0 6 1 A\n",
+        r":4: found 4 values, expected 5",
+    ),
     "xyz tilted": (
         '1\nProperties=pos:R:3:radius:R:1 pbc="T T T" Lattice="1 1 0 0 1 0 0 0 1"\n0 0 0 1\n',
         "a lattice that is tilted",

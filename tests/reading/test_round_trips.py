@@ -74,6 +74,20 @@ def test_a_dump_of_many_steps_gives_the_last_or_the_named_one(tmp_path):
         read_spheres(path, step=7)
 
 
+def test_items_between_the_steps_of_a_dump_belong_to_no_row(tmp_path):
+    frames = [dump_text([(1, 1, float(step), 0.0, 0.0, 0.1)], step=step) for step in (0, 100)]
+    text = "ITEM: UNITS\nsi\n" + "".join(f"ITEM: TIME\n0.5\n{frame}" for frame in frames)
+    path = text_file(tmp_path, text)
+    assert read_spheres(path, step=0).position[0, 0] == 0.0
+    assert read_spheres(path).position[0, 0] == 100.0
+
+
+def test_scaled_positions_count_from_the_lower_corner_of_the_box(tmp_path):
+    rows = [(4, 7, 0.25, 0.5, 0.75, 0.1)]
+    path = text_file(tmp_path, dump_text(rows, "id type xs ys zs radius", box=((-2, 2), (1, 3), (5, 9))))
+    assert read_spheres(path).position.tolist() == [[-1.0, 2.0, 8.0]]
+
+
 def test_a_dump_knows_along_which_axes_its_box_wraps_around(tmp_path):
     text = dump_text(ROWS, flags="pp ff pp", box=((0, 1), (-1, 2), (3, 5)))
     cell = read_spheres(text_file(tmp_path, text)).cell
