@@ -23,8 +23,8 @@ def read_spheres(path: Path, *, step: int | None = None, units: str | None = Non
     Args:
         path: The file.
         step: Which step of a dump, or of an XYZ file; None: the last one.
-        units: Unit of its lengths, a key of `packgen.units.LENGTHS`; None: metres. Densities are in kg/m3 all
-            the same.
+        units: Unit of its lengths, a key of `packgen.units.LENGTHS`; None: metres. A file that names another
+            one is refused. Densities are in kg/m3 all the same.
 
     Returns:
         What the file says; lengths in metres.
@@ -34,7 +34,7 @@ def read_spheres(path: Path, *, step: int | None = None, units: str | None = Non
     """
     refuse_no_file(path)
     try:
-        return _read(path, step).scaled(LENGTHS[units or "m"])
+        return _read(path, step, units).scaled(LENGTHS[units or "m"])
     except OSError as error:
         reason = error.strerror or str(error)
         raise ReadError(f"{path}: cannot be read: {reason}; expected a file of spheres") from error
@@ -56,7 +56,7 @@ def refuse_no_file(path: Path) -> None:
         raise fault(path, "no such file", "a file of spheres")
 
 
-def _read(path: Path, step: int | None) -> SphereFile:
+def _read(path: Path, step: int | None, units: str | None) -> SphereFile:
     suffix = path.suffix.lower()
     if suffix == ".npz" or suffix in VTK_SUFFIXES:
         refuse_step(path, f"{suffix[1:]} file", step)
@@ -64,7 +64,7 @@ def _read(path: Path, step: int | None) -> SphereFile:
     text = read_text(path)
     start = text.data.lstrip()[:100]
     if start.startswith(b"ITEM:"):
-        return dump.read_dump(text, step)
+        return dump.read_dump(text, step, units)
     if extxyz.is_extxyz(text.head(2)):
         return extxyz.read_extxyz(text, step)
     refuse_step(path, "file of one state", step)
@@ -72,4 +72,4 @@ def _read(path: Path, step: int | None) -> SphereFile:
         return mfix.read_mfix(text)
     if lammps_data.is_data(text.data):
         return lammps_data.read_data(text)
-    return table.read_table(text)
+    return table.read_table(text, units)

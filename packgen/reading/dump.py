@@ -6,12 +6,15 @@ names. Positions are ``x y z``, unwrapped (``xu``) or scaled by the box (``xs``,
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.reading.faults import fault, shown
+from packgen.reading.plausible import refuse_named_units
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
 from packgen.reading.spheres import Cell, SphereFile, from_columns
 from packgen.reading.steps import place_of_step
@@ -20,6 +23,8 @@ from packgen.reading.text import Text, decoded
 START = b"ITEM: TIMESTEP"
 KIND = "dump of LIGGGHTS or LAMMPS"
 EARLIER = "is it complete? --step N reads an earlier one"
+STYLE = re.compile(rb"\s*ITEM: UNITS\s+(\w+)")
+LENGTH_OF_STYLE = MappingProxyType({b"si": "m", b"cgs": "cm", b"micro": "um"})
 POSITIONS = ("{}", "{}u", "{}s", "{}su")
 
 
@@ -32,15 +37,24 @@ class _Head:
     start: int
 
 
-def read_dump(text: Text, step: int | None) -> SphereFile:
+def read_dump(text: Text, step: int | None, units: str | None = None) -> SphereFile:
     """Read a step of a dump; the last one where none is named.
 
+    Args:
+        text: The file.
+        step: Which step; None: the last one.
+        units: Unit of its lengths, which are not converted here; None: metres.
+
     Raises:
-        ReadError: It is not what a dump is, or has no radii.
+        ReadError: It is not what a dump is, or has no radii, or names another unit.
     """
     starts = _starts(text.data)
     if not starts:
         raise fault(text.path, "no line ITEM: TIMESTEP", "one at the start of each step", remedy=EARLIER)
+    style = STYLE.match(text.data)
+    if style is not None and style[1] in LENGTH_OF_STYLE:
+        said = f"ITEM: UNITS {style[1].decode()}"
+        refuse_named_units(text.path, {said: LENGTH_OF_STYLE[style[1]]}, units, line=1)
     steps = [_timestep(text, start) for start in starts]
     place = place_of_step(text.path, steps, step)
     stop = starts[place + 1] if place + 1 < len(starts) else len(text.data)

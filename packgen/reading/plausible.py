@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 from packgen.geometry import Container
-from packgen.reading.faults import fault
+from packgen.reading.faults import fault, shown
 from packgen.reading.spheres import SphereFile
 from packgen.units import LENGTHS
 
@@ -16,6 +19,31 @@ WIDER_MAX = 100.0  # extent of the spheres over that of the container
 NARROWER_MAX = 300.0  # the other way round
 DIGITS_MIN, DIGITS_MAX = 5, 9  # fewer are exact numbers of a person, more no rounding to speak of
 RADIUS_MAX = 1.0  # m; larger spheres are worth a word where no container tells
+
+
+def refuse_named_units(path: Path, named: Mapping[str, str], units: str | None, line: int) -> None:
+    """Refuse a file that names another unit of length than the one that is read.
+
+    Args:
+        path: The file.
+        named: What the file says, and the unit that this means, a key of `packgen.units.LENGTHS`.
+        units: The unit that is read; None: metres.
+        line: Number of the line that names them.
+
+    Raises:
+        ReadError: It does, or it names several.
+    """
+    wanted, there = units or "m", list(dict.fromkeys(named.values()))
+    if len(there) > 1:
+        raise fault(
+            path, f"lengths in {' and '.join(there)}", "one unit", place=line,
+            remedy="convert columns, and name their unit anew",
+        )  # fmt: skip
+    for said, unit in named.items():
+        if unit != wanted:
+            raise fault(
+                path, f"lengths in {unit} ({shown(said)})", wanted, place=line, remedy=f"give --units {unit}"
+            )
 
 
 def refuse_other_units(spheres: SphereFile, container: Container | None) -> None:

@@ -10,9 +10,11 @@ import re
 from types import MappingProxyType
 
 from packgen.reading.faults import fault, shown
+from packgen.reading.plausible import refuse_named_units
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
 from packgen.reading.spheres import SphereFile, from_columns
 from packgen.reading.text import Text, decoded
+from packgen.units import LENGTHS
 
 KIND = "table of text"
 SEPARATORS = (";", ",", "\t")
@@ -36,14 +38,20 @@ ALIASES = MappingProxyType(
 RULES = {"radius": SIZE, "diameter": SIZE, "density": SIZE} | dict.fromkeys(
     ("id", "set", "type", "zone", "batch", "body"), WHOLE
 )
-UNITS = re.compile(r"\s*[\[(].*[\])]$")
+UNITS = re.compile(r"\s*[\[(](.*)[\])]$")
+LENGTH_COLUMNS = ("x", "y", "z", "radius", "diameter")
 
 
-def read_table(text: Text) -> SphereFile:
+def read_table(text: Text, units: str | None = None) -> SphereFile:
     """Read a table of numbers.
 
+    Args:
+        text: The file.
+        units: Unit of its lengths, which are not converted here; None: metres.
+
     Raises:
-        ReadError: It has no columns x, y, z and radius or diameter, or a row that is none.
+        ReadError: It has no columns x, y, z and radius or diameter, a row that is none, or names of
+            columns with another unit.
     """
     start, comment, first = _first_row(text)
     separator = next((each for each in SEPARATORS if each in first), None)
@@ -51,7 +59,7 @@ def read_table(text: Text) -> SphereFile:
     cells = rows.cells(first)
     names = _names_in_comment(comment, len(cells))
     if not names and not all(map(_is_number, cells)):
-        names = [_regular(each) for each in cells]
+        names = cells
         end = text.data.find(b"\n", start)
         rows = text.rows(len(text.data) if end < 0 else end + 1, separator=separator)
         cells = rows.first()
@@ -63,6 +71,8 @@ def read_table(text: Text) -> SphereFile:
                 "x y z radius, or the names in the first line", place=line,
             )  # fmt: skip
         names = list(PLAIN[: len(cells)])
+    refuse_named_units(text.path, _named_units(names), units, line)
+    names = [_regular(each) for each in names]
     columns = _columns(text, names, line)
     found = read_columns(rows, columns, width=len(names))
     return from_columns(text.path, KIND, found, digits=digits_of(rows, columns[:3]))
@@ -86,8 +96,8 @@ def _names_in_comment(comment: str, width: int) -> list[str]:
     """Return the names of so many columns in a comment; none where it is of something else."""
     words = comment.lstrip("#").strip().removeprefix("format").strip()
     for between in (r"[\s,;]+", r"[\s,;_]+"):  # YADE's stand between underscores
-        names = [_regular(each) for each in re.split(between, words)]
-        if len(names) == width and {"x", "y", "z"} <= set(names):
+        names = re.split(between, words)
+        if len(names) == width and {"x", "y", "z"} <= set(map(_regular, names)):
             return names
     return []
 
@@ -96,6 +106,17 @@ def _regular(name: str) -> str:
     """Return the name that we have for a column, else its own in lower case."""
     plain = UNITS.sub("", name.strip().strip("\"'").lower())
     return next((regular for regular, others in ALIASES.items() if plain in others), plain)
+
+
+def _named_units(names: list[str]) -> dict[str, str]:
+    """Return the unit of each length that has one in its name, such as ``x [mm]``."""
+    found = {}
+    for name in names:
+        plain = name.strip().strip("\"'")
+        unit = UNITS.search(plain)
+        if unit and _regular(name) in LENGTH_COLUMNS and unit[1].strip().lower() in LENGTHS:
+            found[plain] = unit[1].strip().lower()
+    return found
 
 
 def _is_number(text: str) -> bool:

@@ -8,7 +8,7 @@ from packgen import read_bed
 from packgen.errors import ReadError
 from packgen.reading import read_spheres, rounding_remark
 from tests.beds import box_container, cubic_lattice
-from tests.reading.beds import text_file
+from tests.reading.beds import dump_text, text_file
 
 
 def lattice_file(folder, length=1.0, size=1.0):
@@ -44,6 +44,35 @@ def test_a_container_in_millimetres_beside_spheres_in_metres_is_refused(tmp_path
 def test_radii_in_another_unit_than_positions_are_refused(tmp_path, units):
     with pytest.raises(ReadError, match="expected radii and positions in one unit"):
         read_bed(lattice_file(tmp_path, *units))
+
+
+CGS = "ITEM: UNITS\ncgs\n" + dump_text([(1, 1, 0.0, 0.0, 0.0, 0.1)])
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "named"),
+    [
+        ("x [mm],y [mm],z [mm],d [mm]\n0,0,0,10\n", "mm", r"'x \[mm\]'"),
+        ("x,y,z,Radius (cm)\n0,0,0,10\n", "cm", r"'Radius \(cm\)'"),
+        ("# x[um] y[um] z[um] r\n0 0 0 10\n", "um", r"'x\[um\]'"),
+        (CGS, "cm", "'ITEM: UNITS cgs'"),
+    ],
+)
+def test_a_unit_that_the_file_names_is_the_one_to_give(tmp_path, text, unit, named):
+    path = text_file(tmp_path, text)
+    with pytest.raises(
+        ReadError, match=f":[12]: found lengths in {unit} .{named}., expected m; give --units {unit}"
+    ):
+        read_spheres(path)
+    with pytest.raises(ReadError, match=f"found lengths in {unit} .*, expected in"):
+        read_spheres(path, units="in")
+    assert read_spheres(path, units=unit).count == 1
+
+
+def test_columns_of_several_units_are_refused(tmp_path):
+    path = text_file(tmp_path, "x [m],y [m],z [m],d [mm]\n0,0,0,10\n")
+    with pytest.raises(ReadError, match=r":1: found lengths in m and mm, expected one unit; convert"):
+        read_spheres(path, units="mm")
 
 
 def test_units_that_are_given_are_believed(tmp_path):
