@@ -6,12 +6,13 @@ Without names the columns are x, y, z, radius and, where there is a fifth, the n
 
 from __future__ import annotations
 
+import io
 import re
 from types import MappingProxyType
 
 from packgen.reading.faults import fault, shown
 from packgen.reading.plausible import refuse_named_units
-from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
+from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, digits_of, read_columns
 from packgen.reading.spheres import SphereFile, from_columns
 from packgen.reading.text import Text, decoded
 from packgen.units import LENGTHS
@@ -39,6 +40,7 @@ RULES = {"radius": SIZE, "diameter": SIZE, "density": SIZE} | dict.fromkeys(
     ("id", "set", "type", "zone", "batch", "body"), WHOLE
 )
 UNITS = re.compile(r"\s*[\[(](.*)[\])]$")
+DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 LENGTH_COLUMNS = ("x", "y", "z", "radius", "diameter")
 
 
@@ -56,12 +58,14 @@ def read_table(text: Text, units: str | None = None) -> SphereFile:
     start, comment, first = _first_row(text)
     separator = next((each for each in SEPARATORS if each in first), None)
     rows = text.rows(start, separator=separator)
+    _refuse_decimal_commas(rows)
     cells = rows.cells(first)
     names = _names_in_comment(comment, len(cells))
     if not names and not all(map(_is_number, cells)):
         names = cells
         end = text.data.find(b"\n", start)
         rows = text.rows(len(text.data) if end < 0 else end + 1, separator=separator)
+        _refuse_decimal_commas(rows)
         cells = rows.first()
     line = text.line_at(start)
     if not names:
@@ -90,6 +94,19 @@ def _first_row(text: Text) -> tuple[int, str, str]:
         comment = line or comment
         place = end + 1
     raise fault(text.path, "nothing but comments", "a row a sphere")
+
+
+def _refuse_decimal_commas(rows: Rows) -> None:
+    """Refuse rows whose first one has numbers such as 0,5 between blanks or semicolons."""
+    numbered = enumerate(io.StringIO(rows.text), start=rows.line)
+    line, row = next(((line, row) for line, row in numbered if rows.cells(row)), (rows.line, ""))
+    words = [word for word in re.split(r"[;\s]+", row.partition("#")[0]) if word]
+    odd = [word for word in words if "," in word]
+    if len(words) > 1 and odd and all(map(DECIMAL_COMMA.fullmatch, odd)):
+        raise fault(
+            rows.path, f"decimal commas ({shown(odd[0])})", "decimal points", place=line,
+            remedy="replace them, or save the table with points",
+        )  # fmt: skip
 
 
 def _names_in_comment(comment: str, width: int) -> list[str]:
@@ -133,7 +150,14 @@ def _columns(text: Text, names: list[str], line: int) -> list[Column]:
     if not {"radius", "diameter"} & set(names):
         missing.append("radius or diameter")
     if missing:
-        raise fault(text.path, f"the columns {there}", f"{', '.join(missing)} as well", place=line)
+        remedy = (
+            ""
+            if {"x", "y", "z"} & set(names)
+            else "is it a file of spheres? --container takes a mesh, --scene a scene"
+        )
+        raise fault(
+            text.path, f"the columns {there}", f"{', '.join(missing)} as well", place=line, remedy=remedy
+        )
     twice = next((each for each in ALIASES if names.count(each) > 1), None)
     if twice:
         raise fault(text.path, f"two columns for {twice}", "one", place=line, remedy="rename or remove one")

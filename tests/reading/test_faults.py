@@ -36,6 +36,17 @@ FAULTS = {
         "x,y,z,mass\n1,2,3,4\n",
         r":1: found the columns x, y, z, mass, expected radius or diameter as well",
     ),
+    "decimal commas": (
+        "x;y;z;r\n0,5;1;2;3\n",
+        r":2: found decimal commas \('0,5'\), expected decimal points; replace",
+    ),
+    "decimal commas without names": ("0,5;1;2;3\n0,5;1;4;3\n", r":1: found decimal commas \('0,5'\)"),
+    "decimal commas among blanks": ("0,5 1,5 2,5 3,5\n", r":1: found decimal commas \('0,5'\)"),
+    "mesh": (
+        "solid a\nfacet normal 0 0 1\n",
+        r":1: found the columns solid, a, expected .*; is it a file of",
+    ),
+    "scene": ("container:\n  shape: box\n", r":1: .*; is it a file of spheres\?"),
     "twice": ("x,y,z,r,radius\n1,2,3,4,5\n", r":1: found two columns for radius"),
     "id twice": (
         "id,x,y,z,r\n7,1,2,3,4\n7,5,2,3,4\n",
