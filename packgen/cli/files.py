@@ -90,11 +90,16 @@ def file_options(command: str, arguments: Sequence[str]) -> FileOptions:
         raise PackgenError("--export: found no format, expected one, such as --export liggghts")
     if parsed.scene is not None and parsed.container is not None:
         raise PackgenError("--container: found beside --scene, whose container counts; leave one of them out")
+    if parsed.container_units is not None and parsed.container is None:
+        raise PackgenError(
+            "--container-units: found without --container, expected the mesh whose unit it is; "
+            "--units is for the file of spheres"
+        )
     return FileOptions(
         file=parsed.file,
         scene=parsed.scene,
         container=parsed.container,
-        container_units=parsed.container_units,
+        container_units=parsed.container_units or "m",
         units=parsed.units,
         step=parsed.step,
         density=MappingProxyType(dict(parsed.density)),
@@ -127,9 +132,7 @@ def build_file_parser(command: str) -> argparse.ArgumentParser:
         "--scene", metavar="SCENE", type=Path, help="scene that says sets, materials, walls and gravity"
     )
     parser.add_argument("--container", metavar="MESH", type=Path, help="mesh of the walls, without a scene")
-    parser.add_argument(
-        "--container-units", choices=units, default="m", help="unit of that mesh (default: m)"
-    )
+    parser.add_argument("--container-units", choices=units, help="unit of that mesh (default: m)")
     parser.add_argument(
         "--units", choices=units, help="unit of the file's lengths (default: m, refused where it looks wrong)"
     )
