@@ -84,10 +84,11 @@ def _into_cone(n: Float64Array, mu: float, f0: float, f1: float, f2: float) -> t
     along = f0 * n[0] + f1 * n[1] + f2 * n[2]
     t0, t1, t2 = f0 - along * n[0], f1 - along * n[1], f2 - along * n[2]
     across = np.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
-    if across <= mu * along:
-        return f0, f1, f2
+    # Pulls come first: without friction a pull along the normal lies on the bounds of both cones.
     if mu * across <= -along:
         return 0.0, 0.0, 0.0
+    if across <= mu * along:
+        return f0, f1, f2
     height = (along + mu * across) / (1.0 + mu * mu)
     share = mu * height / across if across > 0.0 else 0.0
     return height * n[0] + share * t0, height * n[1] + share * t1, height * n[2] + share * t2

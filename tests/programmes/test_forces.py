@@ -23,6 +23,13 @@ def test_a_sphere_without_contacts_falls_freely():
     assert found.left[1] == pytest.approx([0, 0, -1])
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_contact_above_does_not_pull(friction):
+    found = balance(make_structure(1, [(0, FIXED, (0, 0, 1))]), friction)
+    assert found.share == pytest.approx(1.0)
+    assert not found.force.any()
+
+
 def test_a_sphere_on_one_slope_slides_by_the_tangent_and_rolls_at_any_friction():
     angle = 0.4
     slope = make_structure(1, [(0, FIXED, (np.sin(angle), 0, -np.cos(angle)))])
