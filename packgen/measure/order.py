@@ -84,14 +84,14 @@ def crystal_bonds(bed: Bed) -> Int32Array:
         Number of bonds of each sphere, shape (N,), int32.
     """
     first, second = _neighbours(bed)
-    lengths = bed.container.period
     order = np.zeros((bed.count, 13), dtype=np.float32)
     for piece in _pieces(len(first)):
         apart = bed.position[second[piece]] - bed.position[first[piece]]
-        for axis, length in enumerate(lengths):
-            if length is not None:
-                apart[:, axis] -= length * np.round(apart[:, axis] / length)
-        apart /= np.linalg.norm(apart, axis=1)[:, None]
+        for axis, period in enumerate(bed.container.period):
+            if period is not None:
+                apart[:, axis] -= period * np.round(apart[:, axis] / period)
+        length = np.linalg.norm(apart, axis=1)
+        apart /= np.where(length > 0.0, length, 1.0)[:, None]  # spheres in one place have no direction
         parts = _harmonics(apart)  # even degree: the same from both ends
         for end in (first[piece], second[piece]):
             for column, part in enumerate(parts):

@@ -77,6 +77,7 @@ def pair_contacts(
 
     Returns:
         The spheres of each contact, both (C,), and unit vectors from the first to the second, (C, 3).
+        Spheres in one place push each other in no direction: they are no contact.
     """
     found = [
         np.stack([pairs.first, pairs.second], axis=1)
@@ -97,7 +98,8 @@ def pair_contacts(
     for shift in product(*[(-1, 0, 1) if wrap else (0,) for wrap in wraps]):
         way = apart + np.array(shift) * lengths
         # A sphere's two images at opposite sides are one contact: with itself.
-        near = (np.linalg.norm(way, axis=1) <= reach) & ((first != second) | (shift > (0, 0, 0)))
+        length = np.linalg.norm(way, axis=1)
+        near = (length > 0.0) & (length <= reach) & ((first != second) | (shift > (0, 0, 0)))
         parts.append((first[near], second[near], way[near]))
     first, second, way = (np.concatenate(each) for each in zip(*parts, strict=True))
     return first, second, way / np.linalg.norm(way, axis=1)[:, None]

@@ -66,6 +66,14 @@ def test_a_crystal_is_one_however_it_is_turned():
     assert plain.max() == 12
 
 
+def test_spheres_in_one_place_bond_by_their_other_neighbours():
+    centres = cubic_lattice(3, 0.1)
+    bed = make_bed([*centres, centres[0]], 0.1, box_container([0, 0, 0], [0.6, 0.6, 0.6]))
+    with np.errstate(all="raise"):
+        bonds = crystal_bonds(bed)
+    assert bonds[13] == crystal_bonds(make_bed(centres, 0.1, bed.container))[13]
+
+
 def test_a_dense_gas_is_no_crystal():
     position = np.random.default_rng(6).uniform(0, 1, (3000, 3))
     found = local_order(make_bed(position, 0.05, box_container([0] * 3, [1] * 3)), cube(0.5, 0.3))

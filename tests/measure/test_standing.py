@@ -35,6 +35,14 @@ def test_a_lattice_in_a_box_stands_without_friction():
     assert standing(bed).friction_least == 0.0
 
 
+def test_spheres_in_one_place_have_no_contact_that_carries_them():
+    centres = cubic_lattice(3, 0.1)
+    bed = make_bed([*centres, centres[-1]], 0.1, box_container([0, 0, 0], [0.6, 0.6, 2.0]))
+    found = standing(bed)
+    assert found.stands
+    assert found.friction_least == 0.0
+
+
 def test_a_bed_without_its_floor_falls():
     found = standing(fcc_bed(floor=-1.0))
     assert found.not_carried == pytest.approx(1.0, abs=1e-6)
