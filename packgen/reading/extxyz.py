@@ -157,10 +157,16 @@ def _cell(text: Text, frame: _Frame) -> Cell | None:
     if lattice is None or origin is None or len(periodic) != 3:
         raise fault(text.path, "pbc without a lattice", 'Lattice="ax 0 0 0 by 0 0 0 cz"', place=frame.line)
     size = np.diag(lattice.reshape(3, 3))
-    if (lattice.reshape(3, 3) != np.diag(size)).any() or (size <= 0).any():
+    if (lattice.reshape(3, 3) != np.diag(size)).any():
         raise fault(
             text.path, "a lattice that is tilted", "one whose edges lie along x, y and z", place=frame.line
         )
+    for axis, length, wraps in zip("xyz", size.tolist(), periodic, strict=True):
+        if wraps and length <= 0.0:
+            raise fault(
+                text.path, f"a lattice of length {length:g} along {axis}",
+                "a length greater than 0 where pbc is T", place=frame.line,
+            )  # fmt: skip
     x, y, z = periodic
     return Cell(np.stack([origin, origin + size]), (x, y, z))
 

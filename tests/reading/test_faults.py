@@ -110,6 +110,10 @@ FAULTS = {
         "3\nProperties=pos:R:3:radius:R:1:species:S:1\n0 0 0 1 A\n0 0 3 1\n0 0 6 1 A\n",
         r":4: found 4 values, expected 5",
     ),
+    "xyz that wraps around nothing": (
+        '1\nProperties=pos:R:3:radius:R:1 pbc="T F F" Lattice="0 0 0 0 1 0 0 0 1"\n0 0 0 1\n',
+        r":2: found a lattice of length 0 along x, expected a length greater than 0 where pbc is T",
+    ),
     "xyz tilted": (
         '1\nProperties=pos:R:3:radius:R:1 pbc="T T T" Lattice="1 1 0 0 1 0 0 0 1"\n0 0 0 1\n',
         "a lattice that is tilted",

@@ -156,6 +156,13 @@ def test_extended_xyz_of_others_is_read_by_its_properties(tmp_path):
     assert read_spheres(path, step=5).radius[1] == 0.5
 
 
+def test_extended_xyz_may_have_no_length_where_nothing_wraps_around(tmp_path):
+    head = '1\nProperties=pos:R:3:radius:R:1 Lattice="2 0 0 0 3 0 0 0 0" pbc="T T F"\n'
+    cell = read_spheres(text_file(tmp_path, head + "0 0 0 1\n")).cell
+    assert cell.periodic == (True, True, False)
+    assert cell.bounds[1, :2].tolist() == [2.0, 3.0]
+
+
 def test_mfix_has_what_is_the_same_for_all_in_its_options(tmp_path):
     path = write(mixed_bed(5), "mfix", tmp_path)
     text = path.read_text().replace("Diameter: T", "Diameter: F 0.5").replace("Phase_ID: T", "Phase_ID: F 2")
