@@ -93,7 +93,8 @@ def test_a_bed_without_gravity_has_no_forces_and_does_not_stand():
 
 def test_a_bed_that_nothing_carries_has_no_friction_at_which_it_stands():
     report = build_report(replace(lattice_bed(), radius=np.full(125, 0.099)))
-    assert "none (100.0% of the weight" in dict(report.rows())["stands from a friction of"]
+    said = dict(report.rows())["stands from a friction of"]
+    assert said == "none (100.0% of the weight not carried at its own friction)"
 
 
 def test_rows_name_count_density_and_overlap():

@@ -50,7 +50,7 @@ class Standing:
     def as_text(self) -> str:
         """Return the least friction, and what is left at the bed's own, in words."""
         least = "none" if self.friction_least is None else f"{self.friction_least:.2g}"
-        return f"{least} ({self.not_carried:.1%} of the weight not carried at its own)"
+        return f"{least} ({self.not_carried:.1%} of the weight not carried at its own friction)"
 
 
 def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Standing | None:
