@@ -157,6 +157,8 @@ ALLOWED = {
     "packgen/portable.py": {"cbrt", "**"},
     # Signs of whole turns, far from their rounding.
     "packgen/arrange/space/side_kernels.py": {"atan2"},
+    # How far a run has come, for its progress.
+    "packgen/arrange/jammed/jam.py": {"log"},
     # A whole power of two is exact.
     "packgen/arrange/collective/starts.py": {"**"},
 }

@@ -108,7 +108,9 @@ def test_the_page_loads_nothing(tmp_path):
 )
 def test_the_page_says_whether_a_bed_was_made_in_tiles(tmp_path, tile, said):
     params = {"optimizer": "projection", "tile": tile}
-    lattice_folder(tmp_path, provenance={"settings": {"params": params}})
+    lattice_folder(
+        tmp_path, provenance={"algorithm": "COLLECTIVE_ARRANGEMENT", "settings": {"params": params}}
+    )
     assert said in report_folder(tmp_path).read_text(encoding="utf-8")
 
 

@@ -19,7 +19,7 @@ from packgen.errors import PackingError
 from packgen.geometry import Container, Slice
 from packgen.geometry.scaling import fixed_point, scaled_container
 from packgen.jamming import Jamming
-from packgen.portable import cube, cube_root
+from packgen.portable import cube, cube_root, scalar_power
 from packgen.supply.supply import Draw, Supply
 
 PERIOD_MIN = 4.0
@@ -199,7 +199,7 @@ def _check_periods(zone: ZoneTask, container: Container, radius: Float64Array, f
     least = PERIOD_MIN * float(radius.max())
     for axis in np.flatnonzero(container.periodic):
         if extent[axis] < least * (1.0 - 1e-9):
-            enough = math.ceil(len(radius) * (least / float(extent[axis])) ** 3)
+            enough = math.ceil(len(radius) * scalar_power(least / float(extent[axis]), 3))
             raise PackingError(
                 f"{zone.place}: found {len(radius):,} spheres, whose periodic box becomes "
                 f"{extent[axis]:.4g} m long along {'xyz'[axis]}, expected at least {least:.4g} m, two "

@@ -6,6 +6,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.geometry import Ball, Cone, Container
+from packgen.portable import length
 from packgen.programmes.steps import Pins
 
 
@@ -33,7 +34,7 @@ def whole_moves(container: Container, center: Float64Array, members: Int64Array,
     away = center[members] - shape.center
     far = members[np.argmax((away * away).sum(axis=1))]
     pole = center[far] - shape.center
-    distance = float(np.linalg.norm(pole))
+    distance = length(pole)
     pole = pole / distance if distance > 0.0 else np.eye(3)[2]
     sphere, direction = _about(pole, shape.center, center, members)
     across = np.cross(direction, pole)
@@ -49,5 +50,5 @@ def _about(
     farthest = int(np.argmax(distance))
     if distance[farthest] == 0.0:
         along[farthest] = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-        distance[farthest] = np.linalg.norm(along[farthest])
+        distance[farthest] = length(along[farthest])
     return int(members[farthest]), along[farthest] / distance[farthest]
