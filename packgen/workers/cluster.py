@@ -262,7 +262,8 @@ def _distributed(option: str) -> Any:
     except ImportError as error:
         raise PackgenError(f"{option}: needs Dask, which is not installed; {INSTALL}") from error
     for name in list(logging.root.manager.loggerDict):
-        if name.partition(".")[0] == "distributed":
+        # Tasks that a stop cuts off are told of by asyncio.
+        if name.partition(".")[0] in {"distributed", "asyncio"}:
             logging.getLogger(name).setLevel(logging.CRITICAL)
     dask.config.set({"distributed.scheduler.allowed-failures": ENDED_MAX})
     return distributed

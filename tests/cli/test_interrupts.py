@@ -63,7 +63,7 @@ def test_an_earlier_result_survives_a_stop(scene, number):
     [
         ("pathlib:Path.rename", "2"),  # the result is about to have its name
         ("packgen.resultfolder:ResultFolder.commit", "2"),
-        ("packgen.cli.run:_conclude", "60"),
+        ("packgen.cli.run:conclude", "60"),
     ],
 )
 def test_a_stop_after_the_bed_has_its_name_says_so_and_keeps_its_exit_code(scene, place, seconds, number):
