@@ -9,12 +9,12 @@ import argparse
 import os
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import run_options
+from packgen.cli.options import add_formats, add_results, run_options, whole
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
@@ -120,16 +120,7 @@ def build_parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
-    parser.add_argument(
-        "--export",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="deck to write, such as liggghts; may be repeated, or a comma list",
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", type=Path, help="result folder (default: named after the scene)"
-    )
+    add_formats(parser, "deck")
     parser.add_argument("--validate", action="store_true", help="confirm the bed in a solver")
     parser.add_argument(
         "--solver",
@@ -138,34 +129,15 @@ def build_parser() -> argparse.ArgumentParser:
         default=[],
         help="solver for --validate (default: liggghts); may be repeated, or a comma list",
     )
-    parser.add_argument("--seed", metavar="N", type=_whole(0), help="seed, in place of the scene's")
-    parser.add_argument(
-        "--threads",
-        metavar="N",
-        type=_whole(1),
-        help="threads of the arrangement and of the measures; the bed is the same for any number (default: "
-        "as many as cores are free to packgen; one for the optimizer adam)",
-    )
+    parser.add_argument("--seed", metavar="N", type=whole(0), help="seed, in place of the scene's")
     _add_crews(parser)
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")
-    parser.add_argument(
-        "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
+    add_results(
+        parser,
+        "scene",
+        "threads of the arrangement and of the measures; the bed is the same for any number (default: "
+        "as many as cores are free to packgen; one for the optimizer adam)",
     )
-    parser.add_argument(
-        "--export-option",
-        metavar="NAME.KEY=VALUE",
-        action="append",
-        default=[],
-        help="option of an exporter, such as fraction.cell_size=0.2; may be repeated",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
-    )
-    parser.add_argument(
-        "--picture", action="store_true", help="draw the bed, whole and cut in half: bed.png, bed_half.png"
-    )
-    parser.add_argument("--no-report", action="store_true", help="make no report.html")
-    parser.add_argument("--quiet", action="store_true", help="show warnings and what was missed alone")
     parser.add_argument("--version", action="version", version=f"packgen {__version__}")
     return parser
 
@@ -175,7 +147,7 @@ def _add_crews(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers",
         metavar="N",
-        type=_whole(1),
+        type=whole(1),
         help="make the bed in tiles by so many processes of this machine; it is the same for any number",
     )
     parser.add_argument(
@@ -186,18 +158,3 @@ def _add_crews(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="go on with a run by --workers or --scheduler that did not end, from DIR.parts",
     )
-
-
-def _whole(least: int) -> Callable[[str], int]:
-    """Return a reader of whole numbers of at least ``least``."""
-
-    def read(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = least - 1
-        if value < least:
-            raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, at least {least}")
-        return value
-
-    return read

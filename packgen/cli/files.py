@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from packgen.cli.options import names_in
+from packgen.cli.options import add_formats, add_results, names_in
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS, to_si
 
@@ -152,7 +152,7 @@ def build_file_parser(command: str) -> argparse.ArgumentParser:
         "may be repeated",
     )
     if command == CONVERT:
-        _add_formats(parser)
+        add_formats(parser, "format")
     else:
         parser.add_argument(
             "--tolerance",
@@ -160,43 +160,8 @@ def build_file_parser(command: str) -> argparse.ArgumentParser:
             type=_share,
             help="largest overlap that is no fault, in smaller radii (default: that of the scene, else 1e-6)",
         )
-    _add_results(parser)
+    add_results(parser, "file", "threads of the measures (default: as many as cores are free to packgen)")
     return parser
-
-
-def _add_formats(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--export",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="format to write, such as liggghts; may be repeated, or a comma list",
-    )
-    parser.add_argument(
-        "--export-option",
-        metavar="NAME.KEY=VALUE",
-        action="append",
-        default=[],
-        help="option of an exporter; may be repeated",
-    )
-    parser.add_argument(
-        "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
-    )
-
-
-def _add_results(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", type=Path, help="result folder (default: named after the file)"
-    )
-    parser.add_argument("--threads", metavar="N", type=_threads, help="threads of the measures")
-    parser.add_argument(
-        "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
-    )
-    parser.add_argument(
-        "--picture", action="store_true", help="draw the bed, whole and cut in half: bed.png, bed_half.png"
-    )
-    parser.add_argument("--no-report", action="store_true", help="make no report.html")
-    parser.add_argument("--quiet", action="store_true", help="show warnings and what is wrong alone")
 
 
 def _density(text: str) -> tuple[str, float]:
@@ -219,9 +184,3 @@ def _share(text: str) -> float:
     if not 0.0 < share < 1.0:
         raise argparse.ArgumentTypeError(f"found {text!r}, expected a number between 0 and 1")
     return share
-
-
-def _threads(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, at least 1")
-    return int(text)

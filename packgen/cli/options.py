@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,3 +87,66 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
 def names_in(given: Sequence[str]) -> tuple[str, ...]:
     """Return names from repeated options and comma lists, each once."""
     return tuple(dict.fromkeys(name.strip() for each in given for name in each.split(",") if name.strip()))
+
+
+def add_formats(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the options that say which formats are written, and how.
+
+    Args:
+        parser: Gets them.
+        what: What is written: ``deck`` or ``format``.
+    """
+    parser.add_argument(
+        "--export",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help=f"{what} to write, such as liggghts; may be repeated, or a comma list",
+    )
+    parser.add_argument(
+        "--export-option",
+        metavar="NAME.KEY=VALUE",
+        action="append",
+        default=[],
+        help="option of an exporter, such as fraction.cell_size=0.2; may be repeated",
+    )
+    parser.add_argument(
+        "--templates", metavar="DIR", type=Path, help="folder whose deck templates replace packgen's own"
+    )
+
+
+def add_results(parser: argparse.ArgumentParser, source: str, threads: str) -> None:
+    """Add the options that say where results go, what is drawn and what is said.
+
+    Args:
+        parser: Gets them.
+        source: What the result folder is named after.
+        threads: What ``--threads`` is for.
+    """
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", type=Path, help=f"result folder (default: named after the {source})"
+    )
+    parser.add_argument("--threads", metavar="N", type=whole(1), help=threads)
+    parser.add_argument(
+        "--force", action="store_true", help="set a folder with foreign files aside, as DIR.old"
+    )
+    parser.add_argument(
+        "--picture", action="store_true", help="draw the bed, whole and cut in half: bed.png, bed_half.png"
+    )
+    parser.add_argument("--no-report", action="store_true", help="make no report.html")
+    parser.add_argument("--quiet", action="store_true", help="show warnings and what was missed alone")
+
+
+def whole(least: int) -> Callable[[str], int]:
+    """Return a reader of whole numbers of at least ``least``."""
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise argparse.ArgumentTypeError(f"found {text!r}, expected a whole number, at least {least}")
+        return value
+
+    return read
