@@ -12,8 +12,8 @@ from packgen.cli.files import FileOptions, file_options
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.plan import find_formats
 from packgen.cli.run import conclude, explained
-from packgen.cli.stopwatch import Stopwatch, peak_memory
-from packgen.cli.visuals import Compose, write_looks
+from packgen.cli.stopwatch import Stopwatch
+from packgen.cli.visuals import composer, write_looks
 from packgen.errors import PackgenError
 from packgen.resultfolder import ResultFolder
 from packgen.stopping import held
@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # a wrong option must not wait for scipy
     from packgen.bed import Bed
     from packgen.geometry import Container
     from packgen.reading import SphereFile
-    from packgen.report import Measures, Report
+    from packgen.report import Measures
     from packgen.scene import Scene
 
 
@@ -68,8 +68,12 @@ def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> 
             check_formats(formats, outlook_of_bed(bed, place))
         judged = _judge(spheres, bed, options, said, watch)
         unwritten = _write(bed, formats, folder, watch)
+        compose = composer(
+            judged.measures, bed.provenance, watch,
+            missed=(*judged.named, *unwritten), warnings=judged.warnings,
+        )  # fmt: skip
         report = write_looks(
-            bed, _composer(bed, judged, unwritten, watch), folder.path, folder.target.name, watch,
+            bed, compose, folder.path, folder.target.name, watch,
             page=options.page, picture=options.picture,
         )  # fmt: skip
         code = int(bool(report.missed))
@@ -149,23 +153,3 @@ def _write(
         save_bed(bed, folder.path / "bed.npz")
     with watch.stage("export"):
         return write_decks(bed, folder.path, formats)
-
-
-def _composer(bed: Bed, judged: _Judged, unwritten: Sequence[str], watch: Stopwatch) -> Compose:
-    """Return what makes the report once the last files are written."""
-    from packgen.report import compose_report
-
-    memory = peak_memory()
-
-    def compose(*, files: Sequence[str], warnings: Sequence[str]) -> Report:
-        return compose_report(
-            judged.measures,
-            bed.provenance,
-            missed=(*judged.named, *unwritten),
-            warnings=(*judged.warnings, *warnings),
-            timings=watch.seconds,
-            peak_memory=memory,
-            files=files,
-        )
-
-    return compose

@@ -19,8 +19,8 @@ from packgen.cli.options import RunOptions
 from packgen.cli.plan import Plan, make_plan
 from packgen.cli.progress import Share, show_progress
 from packgen.cli.screen import say, table
-from packgen.cli.stopwatch import Stopwatch, peak_memory
-from packgen.cli.visuals import Compose, write_looks
+from packgen.cli.stopwatch import Stopwatch
+from packgen.cli.visuals import composer, write_looks
 from packgen.errors import PackgenError
 from packgen.resultfolder import ResultFolder
 from packgen.stopping import held, unhurried
@@ -50,25 +50,6 @@ class _Vessel:
     for_solver: bool
 
 
-@dataclass(frozen=True, slots=True)
-class _Findings:
-    """What the stages found.
-
-    Attributes:
-        bed: The bed.
-        measures: What was measured of it.
-        unwritten: A line for each deck that is not there.
-        verdict: What the solvers found; None: none was asked.
-        warnings: What looks wrong.
-    """
-
-    bed: Bed
-    measures: Measures
-    unwritten: tuple[str, ...]
-    verdict: Verdict | None
-    warnings: tuple[str, ...]
-
-
 def run_scene(options: RunOptions, ending: Ending) -> int:
     """Make a bed, write its results, and say how it went; ``ending`` is told when they are in place."""
     watch = Stopwatch()
@@ -83,12 +64,14 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         measures = _measure(plan.scene, packed, options.threads, watch)
         unwritten = _write(packed.bed, plan, folder, watch)
         verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
-        unjudged = () if verdict is None else verdict.unjudged
-        warnings = (*vessel.mended, *packed.warnings, *unjudged)
-        found = _Findings(packed.bed, measures, unwritten, verdict, warnings)
+        unconfirmed, unjudged = ((), ()) if verdict is None else (verdict.missed, verdict.unjudged)
+        compose = composer(
+            measures, packed.bed.provenance, watch,
+            missed=(*unwritten, *unconfirmed), warnings=(*vessel.mended, *packed.warnings, *unjudged),
+        )  # fmt: skip
         hurry = folder.unvalidated
         report = write_looks(
-            packed.bed, _composer(found, watch), folder.path, folder.target.name, watch,
+            packed.bed, compose, folder.path, folder.target.name, watch,
             page=options.page and not hurry, picture=options.picture and not hurry,
         )  # fmt: skip
         code = EXIT_INTERRUPTED if hurry else int(bool(report.missed))
@@ -205,27 +188,6 @@ def _validate(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, q
 def _solver_progress(quiet: bool, solver: str) -> Iterator[OnProgress]:
     with show_progress(sys.stderr, quiet=quiet) as listener:
         yield lambda stage, share: listener(Share(f"{solver}, {stage}", share))
-
-
-def _composer(found: _Findings, watch: Stopwatch) -> Compose:
-    """Return what makes the report once the last files are written."""
-    from packgen.report import compose_report
-
-    unconfirmed = () if found.verdict is None else found.verdict.missed
-    memory = peak_memory()
-
-    def compose(*, files: Sequence[str], warnings: Sequence[str]) -> Report:
-        return compose_report(
-            found.measures,
-            found.bed.provenance,
-            missed=(*found.unwritten, *unconfirmed),
-            warnings=(*found.warnings, *warnings),
-            timings=watch.seconds,
-            peak_memory=memory,
-            files=files,
-        )
-
-    return compose
 
 
 def conclude(report: Report, folder: ResultFolder, *, verdict: Verdict | None = None, quiet: bool) -> None:

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from packgen.cli.screen import DEBUG_VARIABLE
+from packgen.cli.stopwatch import Stopwatch, peak_memory
 from packgen.errors import PackgenError
 from packgen.resultfolder import MANIFEST, PAGE, list_files
 from packgen.stopping import stop_seen
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import Bed
-    from packgen.cli.stopwatch import Stopwatch
-    from packgen.report import Report
+    from packgen.report import Measures, Report
 
 Thing = TypeVar("Thing")
 
@@ -40,6 +40,41 @@ class Compose(Protocol):
             files: All files of the run.
             warnings: What could not be drawn.
         """
+
+
+def composer(
+    measures: Measures,
+    provenance: Mapping[str, Any],
+    watch: Stopwatch,
+    *,
+    missed: Sequence[str],
+    warnings: Sequence[str],
+) -> Compose:
+    """Return what makes the report once the last files are written.
+
+    Args:
+        measures: What was measured of the bed.
+        provenance: Where the bed comes from.
+        watch: What times the stages.
+        missed: What was not reached, beside what the measures say.
+        warnings: What looks wrong so far.
+    """
+    from packgen.report import compose_report
+
+    so_far, memory = warnings, peak_memory()
+
+    def compose(*, files: Sequence[str], warnings: Sequence[str]) -> Report:
+        return compose_report(
+            measures,
+            provenance,
+            missed=missed,
+            warnings=(*so_far, *warnings),
+            timings=watch.seconds,
+            peak_memory=memory,
+            files=files,
+        )
+
+    return compose
 
 
 def write_looks(
