@@ -28,7 +28,7 @@ from packgen.geometry import (
 # Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
 __all__ = [
     "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
-    "Surface", "is_askew", "with_images",
+    "Surface", "is_askew", "pair_coefficient", "with_images",
 ]  # fmt: skip
 
 UNKNOWN = "not known"  # what the provenance of a bed from elsewhere says of its walls
@@ -54,6 +54,17 @@ class Material:
     restitution: float = 0.5
     friction: float = 0.5
     rolling_friction: float = 0.0
+
+
+def pair_coefficient(first: float, second: float) -> float:
+    """Return restitution or friction of a contact of two materials, whose own are given.
+
+    It is the harmonic mean 2ab / (a + b), as MercuryDPM mixes its species: like materials keep their value,
+    and a frictionless wall stays frictionless.
+    """
+    if first == second:
+        return first
+    return 2.0 * first * second / (first + second) if first > 0.0 and second > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,7 @@
 """Materials as a solver wants them: numbered types, coefficients of each pair of types, and the time step.
 
-The rule for a pair of unlike materials: restitution, sliding and rolling friction of the pair are the
-harmonic mean 2ab / (a + b) of the two materials' values, as MercuryDPM mixes its species. Like materials keep
-their value, and a frictionless wall stays frictionless. Young's modulus and Poisson's ratio need no rule: the
-Hertz law takes those of both sides.
+Restitution, sliding and rolling friction of a pair follow `packgen.bed.pair_coefficient`. Young's modulus and
+Poisson's ratio need no rule: the Hertz law takes those of both sides.
 """
 
 from __future__ import annotations
@@ -13,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.bed import Bed, Material
+from packgen.bed import Bed, Material, pair_coefficient
 from packgen.errors import ExportError
 
 STANDARD_GRAVITY = 9.80665  # m/s2; for the rolling stiffness of a weightless bed
@@ -55,14 +53,8 @@ def number_types(bed: Bed, *, has_wall: bool = True) -> Types:
 
 
 def pair_matrix(values: Sequence[float]) -> list[list[float]]:
-    """Return the harmonic mean of each pair of ``values`` (0 where either is 0), a symmetric (T, T) table."""
-    return [
-        [first if first == second else _harmonic_mean(first, second) for second in values] for first in values
-    ]
-
-
-def _harmonic_mean(first: float, second: float) -> float:
-    return 0.0 if first == 0 or second == 0 else 2 * first * second / (first + second)
+    """Return the coefficient of each pair of ``values``, a symmetric (T, T) table; see `pair_coefficient`."""
+    return [[pair_coefficient(first, second) for second in values] for first in values]
 
 
 def rayleigh_time(radius: float, density: float, material: Material) -> float:

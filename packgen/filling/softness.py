@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Material
+from packgen.bed import Material, pair_coefficient
 from packgen.errors import SceneError
 from packgen.geometry import Box, Container, floor_direction
 from packgen.supply.shares import expected_count, mean_weights, number_shares
@@ -219,7 +219,9 @@ def _janssen(weight: float, height: float, width: float, used: list[Material], w
         used: Materials of the spheres.
         wall: Material of the wall.
     """
-    screening = min(_harmonic(each.friction, wall.friction) * _active_ratio(each.friction) for each in used)
+    screening = min(
+        pair_coefficient(each.friction, wall.friction) * _active_ratio(each.friction) for each in used
+    )
     depth = 4 * screening * height / width
     return weight * height * (-math.expm1(-depth) / depth if depth > 1e-12 else 1.0)
 
@@ -227,10 +229,6 @@ def _janssen(weight: float, height: float, width: float, used: list[Material], w
 def _active_ratio(friction: float) -> float:
     sine = math.sin(math.atan(friction))
     return (1 - sine) / (1 + sine)
-
-
-def _harmonic(first: float, second: float) -> float:
-    return 2 * first * second / (first + second) if first > 0.0 and second > 0.0 else 0.0
 
 
 def _rounded_up(value: float) -> float:

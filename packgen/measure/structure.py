@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int64Array, unique_rows
-from packgen.bed import Bed
+from packgen.bed import Bed, pair_coefficient
 from packgen.check import near_pairs
 from packgen.check.wall_contacts import wall_contacts
 from packgen.measure.hertz import sphere_mass
@@ -55,10 +55,9 @@ def structure_of(bed: Bed, gap: float, chosen: BoolArray | None = None) -> Struc
 
 
 def friction_table(bed: Bed) -> Float64Array:
-    """Return the friction of each pair of the bed's materials, as decks have it: harmonic means, (M, M)."""
-    own = np.array([each.friction for each in bed.materials])
-    total = own[:, None] + own
-    return np.asarray(2.0 * own[:, None] * own / np.where(total > 0.0, total, 1.0))
+    """Return the friction of each pair of the bed's materials, as decks have it, shape (M, M)."""
+    own = [each.friction for each in bed.materials]
+    return np.array([[pair_coefficient(first, second) for second in own] for first in own])
 
 
 def pair_contacts(
