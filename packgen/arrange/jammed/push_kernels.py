@@ -20,7 +20,7 @@ from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_g
 from packgen.arrange.space.map_kernels import WallList
 from packgen.arrange.space.seams import is_periodic, wrapped_coordinate
 from packgen.arrange.space.walls import WallTable, walls_in_reach
-from packgen.compiled import inner_loop
+from packgen.compiled import inlined, inner_loop
 
 SKIN = 0.35
 """Skin of the neighbour lists, see ``list_reach``: shorter ones end too soon, longer ones hold too much."""
@@ -173,6 +173,23 @@ def find_masses(center: NDArray[np.float64], near: Near) -> None:
         mass[j] += half[i] + half[j]
 
 
+@inlined
+def pressed(square: float, apart: float) -> tuple[float, float, float, float]:
+    """Return how two spheres press each other that overlap.
+
+    Args:
+        square: Square of the distance of their centres [m2].
+        apart: Sum of their radii [m].
+
+    Returns:
+        (force over distance [m], force [m2], share of the pressure, see ``Strain``, overlap [m]).
+    """
+    distance = max(math.sqrt(square), 1e-9 * apart)
+    overlap = apart - distance
+    strength = apart * overlap
+    return strength / distance, strength, overlap * distance / (apart * apart), overlap
+
+
 @inner_loop
 def push(center: NDArray[np.float64], near: Near, features: Features, force: NDArray[np.float64]):  # type: ignore[no-untyped-def]
     """Find the forces upon all spheres.
@@ -199,17 +216,15 @@ def push(center: NDArray[np.float64], near: Near, features: Features, force: NDA
             dx, dy, dz = x - center[j, 0], y - center[j, 1], z - center[j, 2]
             square, apart = dx * dx + dy * dy + dz * dz, own + half[j]
             if square < apart * apart:
-                distance = max(math.sqrt(square), 1e-9 * apart)
-                overlap = apart - distance
-                factor = apart * overlap / distance
+                factor, strength, part, overlap = pressed(square, apart)
                 dx, dy, dz = factor * dx, factor * dy, factor * dz
                 sx, sy, sz = sx + dx, sy + dy, sz + dz
                 force[j, 0] -= dx
                 force[j, 1] -= dy
                 force[j, 2] -= dz
                 contacts += 1
-                squares += (apart * overlap) ** 2
-                pressure += overlap * distance / (apart * apart)
+                squares += strength * strength
+                pressure += part
                 worst = max(worst, overlap / min(own, half[j]))
         for k in range(wall_begin[i], wall_begin[i + 1]):
             feature = wall_item[k]
@@ -233,9 +248,7 @@ def push(center: NDArray[np.float64], near: Near, features: Features, force: NDA
         dz = center[i, 2] - (center[j, 2] + offset[k, 2])
         square, apart = dx * dx + dy * dy + dz * dz, half[i] + half[j]
         if square < apart * apart:
-            distance = max(math.sqrt(square), 1e-9 * apart)
-            overlap = apart - distance
-            factor = apart * overlap / distance
+            factor, strength, part, overlap = pressed(square, apart)
             force[i, 0] += factor * dx
             force[i, 1] += factor * dy
             force[i, 2] += factor * dz
@@ -243,7 +256,7 @@ def push(center: NDArray[np.float64], near: Near, features: Features, force: NDA
             force[j, 1] -= factor * dy
             force[j, 2] -= factor * dz
             contacts += 1
-            squares += (apart * overlap) ** 2
-            pressure += overlap * distance / (apart * apart)
+            squares += strength * strength
+            pressure += part
             worst = max(worst, overlap / min(half[i], half[j]))
     return Strain(contacts, squares, pressure, worst)
