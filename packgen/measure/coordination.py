@@ -136,11 +136,12 @@ def _walls(
     bed: Bed, clearance: Float64Array, down: Float64Array
 ) -> tuple[Int64Array, Float64Array, Float64Array]:
     """Return the spheres at walls, their gaps in radii, and the walls' depth below them, each (W,)."""
+    near = np.flatnonzero(clearance <= bed.radius * (1.0 + GAP_LARGEST))
     if isinstance(bed.container.shape, Mesh):
-        near = np.flatnonzero(clearance <= bed.radius * (1.0 + GAP_LARGEST))
         # What the wall's direction is, is not known: it may be below.
         return near, clearance[near] / bed.radius[near] - 1.0, np.ones(len(near))
-    sphere, normal, away = wall_contacts(bed.container, bed.position, bed.radius, GAP_LARGEST)
+    place, normal, away = wall_contacts(bed.container, bed.position[near], bed.radius[near], GAP_LARGEST)
+    sphere = near[place]
     return sphere, away / bed.radius[sphere] - 1.0, normal @ down
 
 
