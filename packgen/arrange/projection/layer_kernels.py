@@ -14,7 +14,15 @@ from packgen.arrange.projection.pair_rules import with_their_bodies
 from packgen.arrange.projection.rebuild_kernels import rebuilt
 from packgen.arrange.projection.recipe import Schedule, Step
 from packgen.arrange.projection.shares import LOOKED, PACE, Team, agreed
-from packgen.arrange.projection.sweep_kernels import LayerState, Lists, Now, blame_own, look_ahead, sweep
+from packgen.arrange.projection.sweep_kernels import (
+    LayerState,
+    Lists,
+    Motion,
+    Now,
+    blame_own,
+    look_ahead,
+    sweep,
+)
 from packgen.arrange.projection.throw_back import spheres_to_go
 from packgen.arrange.space.seams import wrapped_coordinate
 from packgen.arrange.space.walls import WallTable
@@ -145,12 +153,10 @@ def run_sweeps(  # type: ignore[no-untyped-def]
             look_ahead(state, now, lists.own, turn, sink, step.momentum)
             meet(team.board, team.size)
             fresh = False
-        momentum_next = schedule.momentum[following]
         turn_next = turn if team.size == 1 else 1 - turn
+        motion = Motion(turn, turn_next, sink, step, sink_next, schedule.momentum[following])
         start = ticks()
-        worst, strays = sweep(
-            state, now, lists, walls.features, turn, turn_next, sink, step, sink_next, momentum_next
-        )
+        worst, strays = sweep(state, now, lists, walls.features, motion)
         team.told[PACE, team.rank, 1] += ticks() - start
         worst, strays = agreed(team, turn, worst, strays)
         turn = turn_next
@@ -194,7 +200,7 @@ def sweep_alone(  # type: ignore[no-untyped-def]
     """Do one ``sweep`` and what it needs; return the largest overlap and the strays of all threads."""
     look_ahead(state, now, lists.own, 0, sink, step.momentum)
     meet(team.board, team.size)
-    worst, strays = sweep(state, now, lists, walls.features, 0, 1, sink, step, sink, 0.0)
+    worst, strays = sweep(state, now, lists, walls.features, Motion(0, 1, sink, step, sink, 0.0))
     return agreed(team, 0, worst, strays)
 
 

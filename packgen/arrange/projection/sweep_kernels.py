@@ -121,6 +121,27 @@ class Lists(NamedTuple):
     work: Work
 
 
+class Motion(NamedTuple):
+    """How a sweep moves the spheres, and where the next one takes them.
+
+    Attributes:
+        turn: Side of ``ahead`` where the spheres are.
+        turn_next: Side to which the sweep takes its own spheres for the next; the same where there is but one
+            thread, and no other still looks at it.
+        sink: Displacement that has led there [m], shape (3,).
+        step: How the spheres move.
+        sink_next: Displacement before the next sweep [m], shape (3,).
+        momentum_next: Momentum of the next sweep.
+    """
+
+    turn: int
+    turn_next: int
+    sink: NDArray[np.float64]
+    step: Step
+    sink_next: NDArray[np.float64]
+    momentum_next: float
+
+
 @inlined
 def wall_grain(identity: int) -> float:
     """Return the part of a wall's roughness that keeps a sphere off, 0 to 1: the golden ratio's multiples."""
@@ -154,18 +175,7 @@ def look_ahead(
 
 
 @inner_loop
-def sweep(  # type: ignore[no-untyped-def]
-    state: LayerState,
-    now: Now,
-    lists: Lists,
-    features: Features,
-    turn: int,
-    turn_next: int,
-    sink: NDArray[np.float64],
-    step: Step,
-    sink_next: NDArray[np.float64],
-    momentum_next: float,
-):
+def sweep(state: LayerState, now: Now, lists: Lists, features: Features, motion: Motion):  # type: ignore[no-untyped-def]
     """Push the own spheres apart and put them back inside the walls, once.
 
     Args:
@@ -173,20 +183,14 @@ def sweep(  # type: ignore[no-untyped-def]
         now: What counts of it.
         lists: What is near the own spheres.
         features: The walls.
-        turn: Side of ``ahead`` where the spheres are.
-        turn_next: Side to which the sweep takes its own spheres for the next; the same where there is but one
-            thread, and no other still looks at it.
-        sink: Displacement that has led there [m], shape (3,).
-        step: How the spheres move.
-        sink_next: Displacement before the next sweep [m], shape (3,).
-        momentum_next: Momentum of the next sweep.
+        motion: How they move.
 
     Returns:
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; a sphere
         that has by ``step.far`` margins adds ``moving`` to the count, which forces a rebuild).
     """
     own, pairs, seam, _, _, (rows, one, other, shift, _) = lists
-    ahead = state.ahead[turn]
+    ahead = state.ahead[motion.turn]
     for i in own:
         shift[i, 0] = 0.0
         shift[i, 1] = 0.0
@@ -194,27 +198,17 @@ def sweep(  # type: ignore[no-untyped-def]
     count = touching_pairs(ahead, pairs, rows, one, other)
     worst = push_pairs(ahead, state.weight, one[:count], other[:count], shift)
     worst = max(worst, push_seam_pairs(ahead, state.weight, seam, shift))
-    return worst, put_back(state, now, lists, features, turn, turn_next, sink, step, sink_next, momentum_next)
+    return worst, put_back(state, now, lists, features, motion)
 
 
 @inner_loop
-def put_back(
-    state: LayerState,
-    now: Now,
-    lists: Lists,
-    features: Features,
-    turn: int,
-    turn_next: int,
-    sink: NDArray[np.float64],
-    step: Step,
-    sink_next: NDArray[np.float64],
-    momentum_next: float,
-) -> int:
+def put_back(state: LayerState, now: Now, lists: Lists, features: Features, motion: Motion) -> int:
     """Move the own spheres by their pushes, and put them back inside the walls; see ``sweep``.
 
     Returns:
         Spheres that have outrun the list.
     """
+    turn, turn_next, sink, step, sink_next, momentum_next = motion
     ball, previous, identity = state.ball[now.side], state.previous[now.side], state.identity[now.side]
     ahead, further = state.ahead[turn], state.ahead[turn_next]
     own, _, _, (wall_begin, wall_item, wall_room), (center, margin), (_, _, _, shift, _) = lists
