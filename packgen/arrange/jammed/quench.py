@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from packgen.arrange.jammed.push_kernels import Soft
 from packgen.arrange.jammed.quench_kernels import MIXING, STEP_FIRST, quench
 from packgen.arrange.jammed.swap_kernels import exchange
 from packgen.arrange.space.region import Region
@@ -98,25 +99,22 @@ class SoftBed:
 
     def __init__(self, region: Region, center: Float64Array, radius: Float64Array) -> None:
         self.region, self.radius, self.steps = region, radius, 0
-        self._center = np.array(center, np.float64, order="C")
-        self._sorted_radius = np.array(radius, np.float64)
-        self._velocity = np.zeros_like(self._center)
-        self._identity = np.arange(len(radius))
+        center = np.array(center, np.float64, order="C")
+        self._sorted = Soft(
+            center, np.zeros_like(center), np.array(radius, np.float64), np.arange(len(radius))
+        )
 
     @property
     def center(self) -> Float64Array:
         """Centres in the order of the radii [m], shape (N, 3)."""
-        center = np.empty_like(self._center)
-        center[self._identity] = self._center
+        center = np.empty_like(self._sorted.center)
+        center[self._sorted.identity] = self._sorted.center
         return center
 
     def exchange(self, grown: float, chance: Float64Array) -> int:
         """Let spheres change places; return how many pairs did. See ``swap_kernels.exchange``."""
         with signals_heard():
-            changes: int = exchange(
-                self._center, self._velocity, self._sorted_radius, self._identity,
-                self.region.walls, cube_root(grown), chance,
-            )  # fmt: skip
+            changes: int = exchange(self._sorted, self.region.walls, cube_root(grown), chance)
         return changes
 
     def settle(self, grown: float, calm: float, free: float, steps_max: int = STEPS_MAX) -> Rest:
@@ -128,15 +126,15 @@ class SoftBed:
             free: Largest overlap of spheres that press nothing.
             steps_max: Steps at most.
         """
-        self._velocity[:] = 0.0
+        self._sorted.velocity[:] = 0.0
         pace = np.array([STEP_FIRST, MIXING, 0.0])
         most = max(RUN // len(self.radius), RUN_LEAST)
         done, residual, pressure, worst = 0, 1.0, 0.0, 0.0
         while done < steps_max and residual > calm:
             with signals_heard():
                 steps, residual, pressure, worst = quench(
-                    self._center, self._velocity, self._sorted_radius, self._identity,
-                    self.region.walls, cube_root(grown), pace, min(most, steps_max - done), calm, free,
+                    self._sorted, self.region.walls, cube_root(grown), pace,
+                    min(most, steps_max - done), calm, free,
                 )  # fmt: skip
             done += steps
         self.steps += done

@@ -84,10 +84,7 @@ def flow(
 
 @loop
 def quench(
-    center: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    radius: NDArray[np.float64],
-    identity: NDArray[np.int64],
+    spheres: Soft,
     walls: WallTable,
     grown: float,
     pace: NDArray[np.float64],
@@ -98,10 +95,7 @@ def quench(
     """Let soft spheres move until they are at rest.
 
     Args:
-        center: See ``Soft``; changes, as the next three do.
-        velocity: See ``Soft``.
-        radius: See ``Soft``.
-        identity: See ``Soft``.
+        spheres: The spheres; their arrays change.
         walls: The walls.
         grown: Common factor of all radii.
         pace: See ``flow``; changes.
@@ -113,15 +107,14 @@ def quench(
         (steps done; residual: the root mean square force upon a sphere over that at a contact, 0 where
         nothing is pressed; pressure: see ``Strain``, over the number of spheres; largest overlap).
     """
-    spheres = Soft(center, velocity, radius, identity)
-    count = len(radius)
+    count = len(spheres.radius)
     force = np.empty((count, 3))
     residual, strain, outrun = 0.0, Strain(0, 0.0, 0.0, 0.0), True
     near = sorted_by_cell(spheres, grown, walls)
     for number in range(steps):
         if outrun and number > 0:
             near = sorted_by_cell(spheres, grown, walls)
-        strain = push(center, near, walls.features, force)
+        strain = push(spheres.center, near, walls.features, force)
         if strain.worst <= free:
             return number + 1, 0.0, 0.0, 0.0
         outrun, total = flow(spheres, near, force, pace)

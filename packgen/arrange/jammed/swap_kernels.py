@@ -89,10 +89,7 @@ def energy_at(
 
 @loop
 def exchange(
-    center: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    radius: NDArray[np.float64],
-    identity: NDArray[np.int64],
+    spheres: Soft,
     walls: WallTable,
     grown: float,
     chance: NDArray[np.float64],
@@ -100,10 +97,7 @@ def exchange(
     """Let pairs of spheres change places where that lowers the energy.
 
     Args:
-        center: See ``Soft``; changes, as the next three do.
-        velocity: See ``Soft``.
-        radius: See ``Soft``.
-        identity: See ``Soft``.
+        spheres: The spheres; their arrays change.
         walls: The walls.
         grown: Common factor of all radii.
         chance: Two random numbers from 0 to 1 a try, shape (T, 2): one chooses a sphere, the other one of
@@ -112,7 +106,8 @@ def exchange(
     Returns:
         Number of changes.
     """
-    near = sorted_by_cell(Soft(center, velocity, radius, identity), grown, walls)
+    center, _, radius, identity = spheres
+    near = sorted_by_cell(spheres, grown, walls)
     around = both_ways(near)
     half, count, changes = near.half, len(radius), 0
     reach = half + near.margin
