@@ -35,13 +35,15 @@ class ZoneCount:
         asked: Number asked for; None: until full.
         placed: Number placed.
         solid_fraction_asked: Solid fraction asked for, of all of the zone; None: none was.
-        solid_fraction: The one reached; None: none was asked for.
+        solid_fraction: The one reached; None: none was asked for, or it could not be measured.
+        slack: Largest difference of the two that is no miss; None: whole spheres decide that.
     """
 
     asked: int | None
     placed: int
     solid_fraction_asked: float | None = None
     solid_fraction: float | None = None
+    slack: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,7 @@ def zone_counts(zones: Sequence[ZoneOutcome]) -> tuple[ZoneCount, ...]:
             zone.placed,
             getattr(zone, "solid_fraction_asked", None),
             getattr(zone, "solid_fraction", None),
+            getattr(zone, "slack", None),
         )
         for zone in zones
     )
@@ -87,12 +90,32 @@ def unfilled(zones: Sequence[ZoneCount]) -> list[str]:
             lines.append(
                 f"zones[{index}]: not one sphere placed; enlarge the zone, or leave it out if others fill it"
             )
+        if off := _off(zone):
+            lines.append(f"zones[{index}]: {off}")
     return lines
+
+
+def _off(zone: ZoneCount) -> str:
+    """Return what is said of a bed that is looser or denser than asked; empty: it is neither."""
+    if zone.solid_fraction_asked is None or zone.slack is None:
+        return ""
+    if zone.solid_fraction is None:
+        return (
+            f"its bed has no core, so that nobody knows whether it has the solid fraction of "
+            f"{zone.solid_fraction_asked:.4f} asked for; ask for that of the filled volume"
+        )
+    if abs(zone.solid_fraction - zone.solid_fraction_asked) <= zone.slack:
+        return ""
+    side = "looser" if zone.solid_fraction < zone.solid_fraction_asked else "denser"
+    return (
+        f"solid fraction {zone.solid_fraction:.4f}, asked {zone.solid_fraction_asked:.4f}: it is {side}; "
+        "ask for what it has, or for more spheres, of which single ones count less"
+    )
 
 
 def _reached(zone: ZoneCount) -> str:
     """Return what is said of the solid fraction of a zone that did not get all spheres."""
-    if zone.solid_fraction_asked is None:
+    if zone.solid_fraction_asked is None or zone.slack is not None:
         return ""
     return f": a solid fraction of {zone.solid_fraction:.4f} is possible, not {zone.solid_fraction_asked:.4f}"
 

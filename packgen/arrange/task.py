@@ -102,6 +102,8 @@ class ZoneTask:
         seed: Seed of the zone's own randomness.
         setting: What it shares with the other zones.
         gap: Least distance between surfaces; only of algorithms that keep one.
+        core_fraction: Solid fraction that its core would have with equal spheres; only of algorithms that
+            make beds looser or denser. None: friction decides.
     """
 
     index: int
@@ -112,6 +114,7 @@ class ZoneTask:
     seed: np.random.SeedSequence
     setting: Setting
     gap: Gap = Gap()
+    core_fraction: float | None = None
 
     def generator(self) -> np.random.Generator:
         """Return a new source of randomness, the same one each time."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_
 from packgen.bed import Bed, ParticleSet
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
+from packgen.filling.compacted import SLACK, aim_of, as_dense, falls
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.fit import checked_locations
 from packgen.filling.remarks import remarks
@@ -46,8 +47,10 @@ class ZoneResult:
         locations: What bounds the zone beside the container.
         counts: Spheres drawn of each set; None where ``asked`` is None.
         fit: How closely the spheres drawn add up to the volume or mass asked for; None: none was asked for.
-        solid_fraction_asked: Solid fraction asked for, of all of the zone; None: none was.
-        solid_fraction: The one reached; None: none was asked for.
+        solid_fraction_asked: Solid fraction asked for, of all of the zone, or of its bed or that bed's core
+            where it is under gravity; None: none was.
+        solid_fraction: The one reached; None: none was asked for, or the bed is too small for a core.
+        slack: Largest difference of the two that is no miss; None: whole spheres decide that.
     """
 
     asked: int | None
@@ -58,6 +61,7 @@ class ZoneResult:
     fit: SumFit | None = None
     solid_fraction_asked: float | None = None
     solid_fraction: float | None = None
+    slack: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,24 +119,59 @@ def pack(
 
     # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
-    asked, wanted = densities(scene, container, locations)
+    plain, aim = aim_of(scene, container, locations)
+    asked, wanted = densities(plain, container, locations)
     for line in check_softness(scene, container, for_solver=for_solver):
         tell(line)
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
     down = gravity / length(gravity) if down is None else down
     setting = Setting(container, down, scene.params, threads, device)
-    task = _task(asked, setting, locations, on_progress or no_listener, crew or Alone())
-    zones = task.zones
-    _check_periods(scene, container, zones)
-    made = algorithm(task)
-    outcome = made if isinstance(made, Outcome) else Outcome(made, container)
-    bed, results = _bed(scene, outcome), _results(outcome.spheres, zones, wanted)
-    return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)), outcome.jamming)
+
+    def make(core_fraction: float | None = None, number: int = 0) -> _Made:
+        listener = _of_try(on_progress or no_listener, number)
+        task = _task(asked, setting, locations, listener, crew or Alone(), core_fraction)
+        _check_periods(scene, container, task.zones)
+        made = algorithm(task)
+        outcome = made if isinstance(made, Outcome) else Outcome(made, container)
+        return _Made(task.zones, outcome, _bed(scene, outcome))
+
+    if aim is None:
+        made = make()
+        results = _results(made.outcome.spheres, made.zones, wanted)
+    else:
+        if (warning := falls(aim, _friction(scene, scene.zones[0]))) is not None:
+            tell(warning)
+        made, reached = as_dense(aim, make)
+        (result,) = _results(made.outcome.spheres, made.zones, wanted)
+        results = (replace(result, solid_fraction_asked=aim.asked, solid_fraction=reached, slack=SLACK),)
+    return PackResult(
+        made.bed, results, (*warnings, *remarks(asked, made.bed, results)), made.outcome.jamming
+    )
+
+
+class _Made(NamedTuple):
+    """What an algorithm has made of the zones of a task."""
+
+    zones: tuple[ZoneTask, ...]
+    outcome: Outcome
+    bed: Bed
+
+
+def _of_try(listener: Listener, number: int) -> Listener:
+    """Return a listener that hears which try a bed is, from 0."""
+    if number == 0:
+        return listener
+    return lambda progress: listener(replace(progress, stage=f"{progress.stage}, bed {number + 1}"))
 
 
 def _task(
-    scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener, crew: Crew
+    scene: Scene,
+    setting: Setting,
+    locations: Sequence[Locations],
+    on_progress: Listener,
+    crew: Crew,
+    core_fraction: float | None,
 ) -> Task:
     """Draw the spheres of all zones; each zone has randomness of its own."""
     first, *of_supplies = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
@@ -143,8 +182,11 @@ def _task(
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
         mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
         zones.append(
-            ZoneTask(index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone))
-        )
+            ZoneTask(
+                index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone),
+                core_fraction,
+            )
+        )  # fmt: skip
     return Task(setting, tuple(zones), np.random.default_rng(first), on_progress, crew)
 
 

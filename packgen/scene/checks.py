@@ -54,7 +54,7 @@ def _densities(data: dict[str, Any]) -> list[Fault]:
             if key not in kept:
                 expected = f"none: not supported yet by {name}; leave it out, or take `algorithm: DISPERSED`"
                 faults.append(Fault(place, values[key], expected))
-            elif amount is not None and key in FRACTIONS:
+            elif amount is not None and key in FRACTIONS and not getattr(known, "compacts", False):
                 expected = f"one of both: {name} spreads an amount over the whole zone; leave the other out"
                 faults.append(Fault(place, Said(f"{key} beside {amount}"), expected))
     return faults

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from packgen.arrange.collective.compaction import compaction_of
 from packgen.arrange.collective.layers import fill_in_layers
 from packgen.arrange.collective.no_floor import fill_at_once
 from packgen.arrange.collective.open_zone import LayerReport, OpenZone
@@ -70,6 +71,8 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
     endless = floor_direction(setting.down, container.periodic) is None
     recipe = _recipe(zone, region, endless=endless)
     plan = LayerPlan()
+    if zone.core_fraction is not None:
+        plan = compaction_of(zone.core_fraction).plan(plan)
     if setting.settings.batch_size is not None:
         plan = plan.of_size(setting.settings.batch_size, supply, region)
     batch, threads = 0, setting.threads or free_cores()
@@ -92,7 +95,10 @@ def _recipe(zone: ZoneTask, region: Region, *, endless: bool) -> Recipe:
     tolerance = zone.setting.settings.tolerance
     if endless:
         return Recipe(tolerance=tolerance)  # nothing sinks
-    return Recipe.of_friction(zone.friction, tolerance, _tube_width(zone, region))
+    tube = _tube_width(zone, region)
+    if zone.core_fraction is not None:
+        return compaction_of(zone.core_fraction).recipe(tolerance, tube)
+    return Recipe.of_friction(zone.friction, tolerance, tube)
 
 
 def _tube_width(zone: ZoneTask, region: Region) -> float | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
@@ -42,6 +42,8 @@ class Params(PaperParams):
 
     optimizer: Literal["projection", "adam"] = "projection"
     tile: Tile | None = None
+    zone_keys: ClassVar[frozenset[str]] = frozenset({"solid_fraction", "porosity", "void_ratio"})
+    compacts: ClassVar[bool] = True
 
     @property
     def instead(self) -> str | None:

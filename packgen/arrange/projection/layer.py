@@ -55,7 +55,14 @@ class Layer(Protocol):
 
 
 def make_layer(
-    ball: Float64Array, moving: int, walls: WallTable, device: str, body: Int64Array, threads: int
+    ball: Float64Array,
+    moving: int,
+    walls: WallTable,
+    device: str,
+    body: Int64Array,
+    threads: int,
+    *,
+    rubs: bool = False,
 ) -> Layer:
     """Return the layer's loops: fused on a CPU, plain torch elsewhere. The one place that decides.
 
@@ -67,11 +74,12 @@ def make_layer(
         body: Body of each moving sphere, shape (moving,), numbered from 0; the layer leaves pairs of one body
             out of its lists, so that they neither part nor are blamed. Empty: each sphere is a body.
         threads: Threads that arrange it on a CPU. The outcome does not depend on it.
+        rubs: Whether there is friction between the spheres.
     """
     if device == "cpu":
         from packgen.arrange.projection.numba_layer import FusedLayer
 
-        return FusedLayer(ball, moving, walls, body, threads)
+        return FusedLayer(ball, moving, walls, body, threads, rubs=rubs)
     from packgen.arrange.projection.torch_layer import PlainLayer
 
     return PlainLayer(ball, moving, walls, device, body)

@@ -76,7 +76,7 @@ def to_go(state: LayerState, now: Now, walls: WallTable, limit: float, most: int
 def plain(now: Now, lists: Lists):  # type: ignore[no-untyped-def]
     """Return what counts, and lists, as tuples without names, which alone a loop may give back to Python."""
     own, (owner, neighbor), (first, second, offset), (begin, item, room), (center, margin), work = lists
-    rows, one, other, shift, spare = work
+    rows, one, other, shift, turned, spare = work
     side, moving, total = now
     return (
         (side, moving, total),
@@ -86,7 +86,7 @@ def plain(now: Now, lists: Lists):  # type: ignore[no-untyped-def]
             (first, second, offset),
             (begin, item, room),
             (center, margin),
-            (rows, one, other, shift, spare),
+            (rows, one, other, shift, turned, spare),
         ),
     )
 
@@ -163,7 +163,18 @@ def run_sweeps(  # type: ignore[no-untyped-def]
         number += 1
         calm = not schedule.sinking[at] and not worst > schedule.calm
         looking = calm or schedule.limit[at] < math.inf
+    keep_turning(state, lists.own, turn)
     return plain(now, lists), (number, rebuilds, thrown, strays, done)
+
+
+@inner_loop
+def keep_turning(state: LayerState, own: NDArray[np.int32], turn: int) -> None:
+    """Write how the own spheres turned last where the next run begins: on the first side."""
+    if turn == 0 or state.spin.shape[1] == 0:
+        return
+    for i in own:
+        for axis in range(3):
+            state.spin[0, i, axis] = state.spin[turn, i, axis]
 
 
 @inlined
@@ -175,6 +186,8 @@ def step_of(schedule: Schedule, number: int) -> Step:
         schedule.stride,
         schedule.roughness[number],
         schedule.far[number],
+        schedule.friction,
+        schedule.grip,
     )
 
 
@@ -201,6 +214,7 @@ def sweep_alone(  # type: ignore[no-untyped-def]
     look_ahead(state, now, lists.own, 0, sink, step.momentum)
     meet(team.board, team.size)
     worst, strays = sweep(state, now, lists, walls.features, Motion(0, 1, sink, step, sink, 0.0))
+    keep_turning(state, lists.own, 1)
     return agreed(team, 0, worst, strays)
 
 

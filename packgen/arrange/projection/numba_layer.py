@@ -45,8 +45,11 @@ class FusedLayer:
         walls: WallTable,
         body: Int64Array | None = None,
         threads: int = 1,
+        *,
+        rubs: bool = False,
     ) -> None:
         count = len(ball)
+        rubbing = count if rubs else 0
         self.state = LayerState(
             np.stack([ball, np.empty((count, 4))]),
             np.stack([ball[:moving, :3], np.empty((moving, 3))]),
@@ -54,6 +57,8 @@ class FusedLayer:
             np.empty((2, count, 4)),
             np.empty(count),
             np.empty(moving),
+            np.zeros((2, rubbing, 3)),
+            np.zeros((2, rubbing, 3)),
             np.empty(0, np.int64) if body is None else body,
             float(ball[:moving, 3].mean()) if moving else 0.0,
         )
@@ -152,5 +157,5 @@ def no_lists() -> Lists:
         SeamPairs(none, none, np.empty((0, 3))),
         no_walls(),
         Anchor(np.empty((0, 3)), np.empty(0)),
-        Work(none, none, none, np.empty((0, 3)), none),
+        Work(none, none, none, np.empty((0, 3)), np.empty((0, 3)), none),
     )

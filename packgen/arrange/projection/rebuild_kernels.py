@@ -93,7 +93,8 @@ def rebuilt(  # type: ignore[no-untyped-def]
     near, anchor = own_walls(ball, own, sorted_reach, walls, lists.near)
     team.told[PACE, team.rank, 0], team.told[PACE, team.rank, 1] = len(own), 0.0
     one, other = np.empty(len(owner) + 1, np.int32), np.empty(len(owner) + 1, np.int32)
-    work = Work(rows_of(owner), one, other, np.zeros((now.total, 3)), room)
+    turned = np.zeros((state.travel.shape[1] and now.total, 3))
+    work = Work(rows_of(owner), one, other, np.zeros((now.total, 3)), turned, room)
     return now, Lists(own, pairs, seam, near, anchor, work)
 
 
@@ -110,6 +111,10 @@ def sort_part(
             state.ball[other, i, axis] = ball[place, axis]
             state.ahead[0, i, axis] = ball[place, axis]
             state.ahead[1, i, axis] = ball[place, axis]
+        if state.travel.shape[1] > 0:
+            # How they turned is forgotten: lists last for twenty sweeps.
+            state.travel[:, i] = 0.0
+            state.spin[:, i] = 0.0
         state.weight[i] = push_weight(ball[place, 3], i < now.moving, largest, state.reference)
         if i < now.moving:
             state.identity[other, i] = identity[place]

@@ -72,6 +72,10 @@ class Recipe:
         throw_share: Largest share of the layer's spheres that is thrown back at a time.
         tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: stop after
             the sinking, whatever overlaps.
+        friction: Coefficient of friction between spheres while they are arranged: such beds are looser. 0:
+            they slide freely, and how slowly they sink decides how dense the bed is.
+        grip: Largest share of the sliding of a contact that friction takes in one sweep. Beyond 2/7 a single
+            contact is turned back; spheres that many hold stick before they have found their rest.
     """
 
     gap: float = 2.0e-4
@@ -99,16 +103,31 @@ class Recipe:
     part_first: int = 105
     throw_share: float = 0.05
     tolerance: float | None = 1.0e-6
+    friction: float = 0.0
+    grip: float = 0.3
 
     @classmethod
     def of_friction(cls, friction: float, tolerance: float | None, tube_width: float | None = None) -> Recipe:
         """Return the recipe of a bed about as dense as gravity would make it of spheres of some friction.
 
-        Slower sinking makes denser beds: twice as many sweeps for spheres that rub half as much. LIGGGHTS
-        pours beds of core density 0.602, 0.615 and 0.629 at friction 0.5, 0.2 and 0.1, with 1.9, 3.1 and 7 %
-        of the spheres at its walls in crystals. The slower a layer sinks, the more of it becomes crystal on
-        walls as rough as before; a little rougher ones (by the fourth root) keep the porosity near walls
-        within 0.05 of de Klerk's.
+        Twice as many sweeps for spheres that rub half as much: LIGGGHTS pours beds of core density 0.602,
+        0.615 and 0.629 at friction 0.5, 0.2 and 0.1, with 1.9, 3.1 and 7 % of the spheres at its walls in
+        crystals.
+
+        Args:
+            friction: Coefficient of sliding friction of sphere on sphere.
+            tolerance: Largest overlap of the true spheres; see ``Recipe``.
+            tube_width: Width of a round vessel, in sphere diameters; None: not round, or sizes are broad.
+        """
+        slower = FRICTION_USUAL / min(max(friction, FRICTION_LEAST), FRICTION_USUAL)
+        return cls.slowed(slower, tolerance, tube_width)
+
+    @classmethod
+    def slowed(cls, slower: float, tolerance: float | None, tube_width: float | None = None) -> Recipe:
+        """Return the recipe of a bed that sinks more slowly, and becomes denser.
+
+        The slower a layer sinks, the more of it becomes crystal on walls as rough as before; a little rougher
+        ones (by the fourth root) keep the porosity near walls within 0.05 of de Klerk's.
 
         The layers of a crystal are flat and fit a curved wall badly: less rough ones leave in a tube the
         waves of the porosity that experiments show. With the usual ones its minima are 0.05 too shallow, and
@@ -119,12 +138,11 @@ class Recipe:
         tests/benchmarks/porosity.py.
 
         Args:
-            friction: Coefficient of sliding friction of sphere on sphere.
+            slower: Sweeps, in usual ones.
             tolerance: Largest overlap of the true spheres; see ``Recipe``.
             tube_width: Width of a round vessel, in sphere diameters; None: not round, or sizes are broad.
         """
         usual = cls(tolerance=tolerance)
-        slower = FRICTION_USUAL / min(max(friction, FRICTION_LEAST), FRICTION_USUAL)
         tube = _tube_share(tube_width, slower)
         smoother = float(power(np.array(TUBE_GRAIN / usual.grain), tube))
         return replace(
@@ -182,7 +200,9 @@ class Recipe:
         far = self.far if number >= self.far_sweeps else math.inf
         roughness = self.grain * max(0.0, 1.0 - number / self.grain_sweeps) if rough else 0.0
         momentum = self.momentum * min(1.0, number / self.momentum_sweeps)
-        return Step(momentum, self.relaxation, self.stride, roughness, far)
+        return Step(
+            momentum, self.relaxation, self.stride, roughness, far, self.friction, self.grip
+        )  # fmt: skip
 
     def schedule(self, number: int, *, sink: bool, most: int = SWEEPS_MAX) -> Schedule:
         """Return what the sweeps from one on take, as many as are at hand, up to where all of them end.
@@ -233,6 +253,8 @@ def _schedule(recipe: Recipe, first: int, end: int, sink: bool) -> Schedule:
         0.99 * tolerance,
         1.0 / (1.0 + recipe.gap),
         recipe.throw_share,
+        recipe.friction,
+        recipe.grip,
     )
 
 
@@ -242,7 +264,7 @@ def _tube_share(width: float | None, slower: float) -> float:
         return 0.0
     slowest = FRICTION_USUAL / FRICTION_LEAST
     share = float(np.interp(log(np.array(width)), log(np.array(TUBE_WIDTHS)), TUBE_SHARES))
-    return share * (slowest - slower) / (slowest - 1.0)
+    return share * min(max((slowest - slower) / (slowest - 1.0), 0.0), 1.0)
 
 
 class Step(NamedTuple):
@@ -255,6 +277,8 @@ class Step(NamedTuple):
         roughness: Depth of the walls' roughness, in radii: each sphere is kept off the walls by a part of it.
         far: Margins after which a single sphere, which may be inside another one unseen, makes the neighbour
             list void.
+        friction: Coefficient of friction between spheres.
+        grip: Largest share of the sliding of a contact that friction takes.
     """
 
     momentum: float
@@ -262,6 +286,8 @@ class Step(NamedTuple):
     stride: float
     roughness: float = 0.0
     far: float = math.inf
+    friction: float = 0.0
+    grip: float = 0.0
 
 
 class Schedule(NamedTuple):
@@ -283,6 +309,8 @@ class Schedule(NamedTuple):
         least: Largest overlap of the true spheres of a layer that is arranged.
         scale: True radius over arranged radius.
         throw_share: Largest share of the layer's spheres that is thrown back at a time.
+        friction: Coefficient of friction between spheres.
+        grip: Largest share of the sliding of a contact that friction takes.
     """
 
     first: int
@@ -300,6 +328,8 @@ class Schedule(NamedTuple):
     least: float
     scale: float
     throw_share: float
+    friction: float
+    grip: float
 
     def part(self, start: int, most: int) -> Schedule:
         """Return the schedule without its first ``start`` sweeps, of at most so many."""

@@ -101,9 +101,8 @@ def _arranged(
     """Return the layer in which the spheres have come to rest; see ``settle``."""
     arranged = ball.copy()
     arranged[:, 3] *= 1.0 + recipe.gap
-    layer = make_layer(
-        arranged, moving, walls, device, body_numbers(body_index), threads_of(ball[:moving], threads)
-    )
+    body, threads = body_numbers(body_index), threads_of(ball[:moving], threads)
+    layer = make_layer(arranged, moving, walls, device, body, threads, rubs=recipe.friction > 0.0)
     radius = arranged[:moving, 3]
     reference = float(np.mean(radius)) if moving else 0.0
     if sink and moving and radius.min() < radius.max():

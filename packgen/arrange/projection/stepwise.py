@@ -40,6 +40,8 @@ def run_by_steps(
             schedule.stride,
             float(schedule.roughness[number]),
             float(schedule.far[number]),
+            schedule.friction,
+            schedule.grip,
         )
         worst, strays = layer.sweep(down * (reference * schedule.fall[number]), step)
         judged = limit < math.inf

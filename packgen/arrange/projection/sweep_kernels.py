@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from packgen.arrange.neighbors.list_kernels import Pairs
 from packgen.arrange.neighbors.seam_pairs import SeamPairs
+from packgen.arrange.projection.friction_kernels import Rubbing, rub_pairs
 from packgen.arrange.projection.pair_rules import GRAIN_PUSH, GRAIN_STEP
 from packgen.arrange.projection.push_kernels import (
     blame_pairs,
@@ -43,6 +44,9 @@ class LayerState(NamedTuple):
             float64.
         weight: Weight of each sphere in a push, shape (N,), float64; see ``push_weights``.
         blame: Overlap that each moving sphere is blamed for, as a fraction of the smaller radius, (M,).
+        travel: How far a sweep takes each sphere before it parts them [m], shape (2, N, 3), float64; of no
+            sphere where they rub not.
+        spin: How far each turned in the last sweep [rad], likewise.
         body: Body of each sphere that moved at first, in the order given, int64; empty: each is a body.
         reference: Mean radius of the spheres that moved at first [m].
     """
@@ -53,6 +57,8 @@ class LayerState(NamedTuple):
     ahead: NDArray[np.float64]
     weight: NDArray[np.float64]
     blame: NDArray[np.float64]
+    travel: NDArray[np.float64]
+    spin: NDArray[np.float64]
     body: NDArray[np.int64]
     reference: float
 
@@ -91,6 +97,7 @@ class Work(NamedTuple):
         one: For the owners of the pairs that overlap, shape (P + 1,), int32.
         other: For their other spheres, likewise.
         shift: For the pushes on each sphere [m], shape (N, 3), float64.
+        turned: For the turns of each sphere [rad], shape (N, 3), float64; of none where they rub not.
         room: For the neighbour list, int32.
     """
 
@@ -98,6 +105,7 @@ class Work(NamedTuple):
     one: NDArray[np.int32]
     other: NDArray[np.int32]
     shift: NDArray[np.float64]
+    turned: NDArray[np.float64]
     room: NDArray[np.int32]
 
 
@@ -172,6 +180,8 @@ def look_ahead(
         for axis in range(3):
             sunk = ball[i, axis] + sink[axis]
             ahead[i, axis] = sunk + momentum * (sunk - previous[i, axis])
+            if state.travel.shape[1] > 0:
+                state.travel[turn, i, axis] = ahead[i, axis] - ball[i, axis]
 
 
 @inner_loop
@@ -189,7 +199,7 @@ def sweep(state: LayerState, now: Now, lists: Lists, features: Features, motion:
         (largest pair overlap as a fraction of the smaller radius, spheres that have outrun the list; a sphere
         that has by ``step.far`` margins adds ``moving`` to the count, which forces a rebuild).
     """
-    own, pairs, seam, _, _, (rows, one, other, shift, _) = lists
+    own, pairs, seam, _, _, (rows, one, other, shift, _, _) = lists
     ahead = state.ahead[motion.turn]
     for i in own:
         shift[i, 0] = 0.0
@@ -198,7 +208,46 @@ def sweep(state: LayerState, now: Now, lists: Lists, features: Features, motion:
     count = touching_pairs(ahead, pairs, rows, one, other)
     worst = push_pairs(ahead, state.weight, one[:count], other[:count], shift)
     worst = max(worst, push_seam_pairs(ahead, state.weight, seam, shift))
-    return worst, put_back(state, now, lists, features, motion)
+    rubs = motion.step.friction > 0.0
+    if rubs:
+        rub_all(state, lists, motion, count)
+    strays = put_back(state, now, lists, features, motion)
+    if rubs:
+        carry_on(state, now, lists, motion)
+    return worst, strays
+
+
+@inner_loop
+def rub_all(state: LayerState, lists: Lists, motion: Motion, count: int) -> None:
+    """Add the friction of the pairs that overlap to their pushes; see ``rub_pairs``.
+
+    Args:
+        state: The layer.
+        lists: What is near the own spheres.
+        motion: How they move.
+        count: How many of the listed pairs overlap.
+    """
+    own, _, seam, _, _, (_, one, other, shift, turned, _) = lists
+    for i in own:
+        turned[i, 0] = 0.0
+        turned[i, 1] = 0.0
+        turned[i, 2] = 0.0
+    turn, step = motion.turn, motion.step
+    travel, spin = state.travel[turn], state.spin[turn]
+    rubbing = Rubbing(travel, spin, turned, step.momentum, step.friction, step.grip)
+    rub_pairs(state.ahead[turn], state.weight, rubbing, one[:count], other[:count], seam, shift)
+
+
+@inner_loop
+def carry_on(state: LayerState, now: Now, lists: Lists, motion: Motion) -> None:
+    """Note how far the own spheres turned, and how far the next sweep takes them."""
+    ball, further, turned = state.ball[now.side], state.ahead[motion.turn_next], lists.work.turned
+    travel, spin = state.travel[motion.turn_next], state.spin[motion.turn_next]
+    before, momentum = state.spin[motion.turn], motion.step.momentum
+    for i in lists.own:
+        for axis in range(3):
+            spin[i, axis] = momentum * before[i, axis] + turned[i, axis]
+            travel[i, axis] = further[i, axis] - ball[i, axis]
 
 
 @inner_loop
@@ -211,9 +260,10 @@ def put_back(state: LayerState, now: Now, lists: Lists, features: Features, moti
     turn, turn_next, sink, step, sink_next, momentum_next = motion
     ball, previous, identity = state.ball[now.side], state.previous[now.side], state.identity[now.side]
     ahead, further = state.ahead[turn], state.ahead[turn_next]
-    own, _, _, (wall_begin, wall_item, wall_room), (center, margin), (_, _, _, shift, _) = lists
+    own, _, _, (wall_begin, wall_item, wall_room), (center, margin), work = lists
     kind, row = features
-    _, relaxation, stride, roughness, far = step
+    _, relaxation, stride, roughness, far, _, _ = step
+    shift = work.shift
     sink_x, sink_y, sink_z = sink[0], sink[1], sink[2]
     next_x, next_y, next_z = sink_next[0], sink_next[1], sink_next[2]
     strays = 0

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from packgen.arrange.neighbors.seam_pairs import images
 from packgen.arrange.neighbors.torch_pairs import neighbor_pairs, neighbor_pairs_between
+from packgen.arrange.projection.friction_kernels import TURN
 from packgen.arrange.projection.pair_rules import (
     GRAIN_PUSH,
     GRAIN_STEP,
@@ -44,6 +45,7 @@ class PlainLayer:
         self.walls = walls
         self.identity: Int64Array = np.arange(moving)
         self.previous = self.ball[:moving, :3].clone()
+        self._spin = torch.zeros_like(self.ball[:, :3])
         self._reference = float(ball[:moving, 3].mean()) if moving else 0.0
         self._kind = torch.as_tensor(walls.features.kind, device=self.device)
         self._row = torch.as_tensor(walls.features.row, device=self.device)
@@ -64,6 +66,7 @@ class PlainLayer:
         if len(self._body):
             self._leave_out_bodies()
         self.anchor = position[:moving].clone()
+        self._spin = torch.zeros_like(position)
         weight = push_weights(self.ball.cpu().numpy(), moving, self._reference)
         self.weight = torch.as_tensor(weight, device=self.device)
         self._list_walls()
@@ -148,13 +151,39 @@ class PlainLayer:
         shift.index_add_(0, second[both], -((1.0 - share)[:, None] * push)[both])
         return worst, shift
 
+    def _rubs(self, travel: Tensor, step: Step) -> Tensor:
+        """Return what friction adds to the pushes, and turn the spheres; see ``friction_kernels.rub``."""
+        first, second = self.pairs.unbind(dim=1)
+        difference, distance, overlap, _ = self._pair_depths(1.0)
+        deep = (overlap > 0.0) & (distance >= 1e-9 * (self.ball[first, 3] + self.ball[second, 3]))
+        first, second, overlap = first[deep], second[deep], overlap[deep]
+        normal = difference[deep] / distance[deep, None]
+        spin, size = step.momentum * self._spin, self.ball[:, 3, None]
+        rolling = torch.linalg.cross(size[first] * spin[first] + size[second] * spin[second], normal)
+        sliding = travel[first] - travel[second] - rolling
+        sliding -= (sliding * normal).sum(dim=1, keepdim=True) * normal
+        speed = torch.linalg.vector_norm(sliding, dim=1).clamp(min=1e-300)
+        held = torch.clamp(step.friction * overlap / speed, max=step.grip)[:, None] * sliding
+        share = (self.weight[first] / (self.weight[first] + self.weight[second]))[:, None]
+        shift, turned = torch.zeros_like(spin), torch.zeros_like(spin)
+        shift.index_add_(0, first, -share * held).index_add_(0, second, (1.0 - share) * held)
+        torque = TURN * torch.linalg.cross(normal, held)
+        turned.index_add_(0, first, share / size[first] * torque)
+        turned.index_add_(0, second, (1.0 - share) / size[second] * torque)
+        self._spin = spin + turned
+        self._spin[self.moving :] = 0.0
+        return shift
+
     def sweep(self, sink: Float64Array, step: Step) -> tuple[float, int]:
         """Sink, extrapolate, push apart, put back; return (largest overlap, spheres that outran the list)."""
         moving = self.moving
-        here = self.ball[:moving, :3] + torch.as_tensor(sink, device=self.device)
+        before = self.ball[:, :3].clone()
+        here = before[:moving] + torch.as_tensor(sink, device=self.device)
         self.ball[:moving, :3] = here + step.momentum * (here - self.previous)
         self.previous = here
         worst, shift = self._pushes()
+        if step.friction > 0.0:
+            shift += self._rubs(self.ball[:, :3] - before, step)[:moving]
         shift *= step.relaxation
         radius = self.ball[:moving, 3]
         length = torch.linalg.vector_norm(shift, dim=1)

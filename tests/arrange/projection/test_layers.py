@@ -101,20 +101,21 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("shapes", SHAPES.values(), ids=SHAPES)
-@pytest.mark.parametrize("ratio", [1.0, 6.0])
-def test_the_fused_loops_equal_the_plain_torch_form_to_rounding(shapes, ratio):
+@pytest.mark.parametrize(("ratio", "friction"), [(1.0, 0.0), (6.0, 0.0), (1.0, 0.4), (3.0, 0.4)])
+def test_the_fused_loops_equal_the_plain_torch_form_to_rounding(shapes, ratio, friction):
     rng = np.random.default_rng(3)
     radius = np.where(rng.random(300) < 0.15, 0.06, 0.06 / ratio)
     ball = np.column_stack([rng.uniform(0.1, 0.9, (300, 3)), radius])
     walls = wall_table(shapes, np.array([[0.0] * 3, [1.0] * 3]), 0.06)
-    layers = FusedLayer(ball.copy(), 200, walls), PlainLayer(ball.copy(), 200, walls, "torch")
+    fused_layer = FusedLayer(ball.copy(), 200, walls, rubs=friction > 0.0)
+    layers = fused_layer, PlainLayer(ball.copy(), 200, walls, "torch")
     for number in range(12):
         if number % 5 == 0:
             for layer in layers:
                 layer.rebuild(0.8)
         fall = DOWN * 0.06 * 0.02 if number < 6 else 0.0 * DOWN
-        roughness = max(0.0, 0.5 - 0.1 * number)
-        fused, plain = (layer.sweep(fall, Step(0.8, 1.0, 0.2, roughness)) for layer in layers)
+        step = Step(0.8, 1.0, 0.2, max(0.0, 0.5 - 0.1 * number), friction=friction, grip=0.3)
+        fused, plain = (layer.sweep(fall, step) for layer in layers)
         assert fused[0] == pytest.approx(plain[0], rel=1e-9)
         assert fused[1] == plain[1]
     for layer in layers:
@@ -180,7 +181,7 @@ def test_a_run_of_sweeps_is_the_steps_one_by_one(kind, bodies, first, sink, tole
 
 def run_of(ball, moving, walls, body, recipe, threads, turns=(7, 40, 500)):
     """What a layer is after some runs, and what was done in each."""
-    layer = FusedLayer(ball.copy(), moving, walls, body, threads)
+    layer = FusedLayer(ball.copy(), moving, walls, body, threads, rubs=recipe.friction > 0.0)
     number, strays, tallies = 0, moving, []
     for most in turns:
         tally = layer.run(DOWN, recipe.schedule(number, sink=True, most=most), strays)
@@ -193,18 +194,20 @@ def run_of(ball, moving, walls, body, recipe, threads, turns=(7, 40, 500)):
 
 @pytest.mark.parametrize("kind", ["box", "mesh", "periodic"])
 @pytest.mark.parametrize("bodies", [False, True])
-@pytest.mark.parametrize("small", [1.0, 0.25, 0.04])
-def test_any_number_of_threads_makes_the_same_layer(kind, bodies, small):
+@pytest.mark.parametrize(
+    ("small", "friction"), [(1.0, 0.0), (0.25, 0.0), (0.04, 0.0), (1.0, 0.4), (0.25, 0.4)]
+)
+def test_any_number_of_threads_makes_the_same_layer(kind, bodies, small, friction):
     rng = np.random.default_rng(7)
     # Small spheres are of other levels than the fixed large ones, which own pairs then.
     radius = np.where(rng.random(420) < 0.6, small, 1.0) * rng.uniform(0.06, 0.1, 420)
     ball = np.column_stack([rng.random((420, 3)), radius])
     body = np.repeat(np.arange(195), 2) if bodies else np.empty(0, np.int64)
-    walls = bounds_of(kind, 0.1)
-    alone = run_of(ball, 390, walls, body, Recipe(), 1)
+    walls, recipe = bounds_of(kind, 0.1), Recipe(friction=friction)
+    alone = run_of(ball, 390, walls, body, recipe, 1)
     assert small < 1.0 or sum(tally.thrown_back for tally in alone[0]) > 0
     for threads in (2, 3, 7):
-        assert run_of(ball, 390, walls, body, Recipe(), threads) == alone
+        assert run_of(ball, 390, walls, body, recipe, threads) == alone
 
 
 @pytest.mark.parametrize("extent", [(1.0, 1.0, 1.0), (1.0, 9.0, 0.5), (9.0, 1.0, 0.5), (0.0, 0.0, 0.0)])

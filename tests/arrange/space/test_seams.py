@@ -62,19 +62,21 @@ def test_the_pairs_across_seams_are_those_of_brute_force(axes, seed, ratio, skin
 
 
 @pytest.mark.parametrize("axes", [(1, 0, 0), (0, 1, 1), (1, 1, 1)])
-@pytest.mark.parametrize("ratio", [1.0, 3.0])
-def test_the_fused_loops_equal_the_plain_torch_form_across_seams(axes, ratio):
+@pytest.mark.parametrize(("ratio", "friction"), [(1.0, 0.0), (3.0, 0.0), (1.0, 0.4)])
+def test_the_fused_loops_equal_the_plain_torch_form_across_seams(axes, ratio, friction):
     rng = np.random.default_rng(3)
     radius = np.where(rng.random(300) < 0.15, 0.06, 0.06 / ratio)
     ball = np.column_stack([rng.random((300, 3)), radius])
     walls = walls_of(Seams(np.zeros(3), np.array(axes, float)))
-    layers = FusedLayer(ball.copy(), 200, walls), PlainLayer(ball.copy(), 200, walls, "torch")
+    fused_layer = FusedLayer(ball.copy(), 200, walls, rubs=friction > 0.0)
+    layers = fused_layer, PlainLayer(ball.copy(), 200, walls, "torch")
+    step = Step(0.8, 1.0, 0.2, friction=friction, grip=0.3)
     for number in range(12):
         if number % 5 == 0:
             for layer in layers:
                 layer.rebuild(0.8)
         fall = DOWN * 0.06 * 0.02 if number < 6 else 0.0 * DOWN
-        fused, plain = (layer.sweep(fall, Step(0.8, 1.0, 0.2)) for layer in layers)
+        fused, plain = (layer.sweep(fall, step) for layer in layers)
         assert fused[0] == pytest.approx(plain[0], rel=1e-9)
         assert fused[1] == plain[1]
     for layer in layers:
