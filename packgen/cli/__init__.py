@@ -29,12 +29,12 @@ DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
 )
 EPILOG = """other commands:
-  packgen report DIR        make the report of a result folder again
-  packgen compare DIR ...   put result folders side by side
-  packgen measure FILE      check and measure a bed from a file of any format
-  packgen convert FILE      write a bed from a file in other formats
-  packgen carve FILE        keep the part of a bed inside or outside a closed mesh
-  packgen repeat FILE N N N put copies of a bed that wraps around side by side
+  packgen report DIR         make the report of a result folder again
+  packgen compare DIR ...    put result folders side by side
+  packgen measure FILE       check and measure a bed from a file of any format
+  packgen convert FILE       write a bed from a file in other formats
+  packgen carve FILE         keep the part of a bed inside or outside a closed mesh
+  packgen repeat FILE N N N  put copies of a bed that wraps around side by side
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;

@@ -37,9 +37,13 @@ def with_inner_wall(container: Container, inner: Container) -> tuple[Container, 
     if share == 0.0:
         return container, f"walls: {container.name}; {inner.name} is beside it"
     closed = _stacked([outer, _flipped(body)])
+    # Solvers lose facets outside of their box: it has to hold what reaches out of the container.
+    bounds = np.stack(
+        [np.minimum(container.bounds[0], inner.bounds[0]), np.maximum(container.bounds[1], inner.bounds[1])]
+    )
     carved = Container(
         f"{container.name} without {inner.name}", Mesh(closed), _stacked([walls, _flipped(inner.surface)]),
-        container.bounds, container.volume - share * inner.volume,
+        bounds, container.volume - share * inner.volume,
     )  # fmt: skip
     told = f"walls: {container.name}, and {inner.name} as an inner wall"
     if share < 1.0:

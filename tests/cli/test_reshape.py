@@ -32,6 +32,7 @@ def folder(tmp_path, monkeypatch):
     Path("box.yaml").write_text(SCENE)
     Path("periodic.yaml").write_text(PERIODIC)
     write_mesh("core.stl", (0.2, 0.2, -0.1), (0.8, 0.8, 0.5))
+    write_mesh("bore.stl", (0.3, 0.3, -2), (0.5, 0.5, 3))
     write_mesh("core_mm.stl", (200, 200, -100), (800, 800, 500))
     return tmp_path
 

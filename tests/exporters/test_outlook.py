@@ -221,8 +221,8 @@ def test_boxes_too_narrow_for_bonds_are_refused_before_the_run(name, options):
     box = box_container((0, 0, 0), (0.2, 1, 1), (True, False, False))
     least = "0.2" if name == "esys" else "0.201"
     assert refused(name, outlook(box), **options) == (
-        f"a.yaml:1:1(container): {name}: the bed wraps around along x after 0.2 m, expected over {least} m, two "
-        "of the longest bonds; repeat the bed first, by packgen repeat"
+        f"a.yaml:1:1(container): {name}: the bed wraps around along x after 0.2 m, expected over {least} m, "
+        "two of the longest bonds; repeat the bed first, by packgen repeat"
     )
     exporters.get("esys").check_outlook(outlook(box), exporters.get("esys").Options())
 

@@ -177,6 +177,7 @@ def test_a_borehole_may_reach_out_of_the_container(tmp_path):
     assert carved.bed.count == 1000 - 40
     assert carved.bed.container.volume == pytest.approx(8.0 - 2 * 0.16, rel=4e-3)
     assert "of whose volume 0.5" in carved.walls
+    assert carved.bed.container.bounds[:, 2].tolist() == [-1, 3]  # solvers have to hold all of the walls
     assert check_bed(carved.bed).within_tolerance
     assert check_bed(make_bed([[1, 1, 1], [1, 1, 2.5]], 0.1, carved.bed.container)).outside_count == 2
 
