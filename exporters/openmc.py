@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from exporters.protocol import Outlook
 from exporters.shared import deck, table
 from packgen.bed import Bed, with_owned_images
 
@@ -63,3 +64,12 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         table.write_rows(folder / "spheres.csv", columns, head="x,y,z,r,set\n", separator=","),
         deck.write_text(folder / "bed.py", deck.render("openmc/bed.py.j2", values, options.templates)),
     ]
+
+
+def check_outlook(_outlook: Outlook, options: Options) -> None:
+    """Refuse a folder of templates that does not exist.
+
+    Raises:
+        ExportError: It does not exist.
+    """
+    deck.check_templates(options.templates)

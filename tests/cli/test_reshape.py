@@ -62,6 +62,7 @@ def test_a_part_is_a_result_folder_with_the_numbers_that_its_spheres_had(folder,
     assert said.err == ""
     assert report_of("box_carved")["settings"]["carved"]["side"] == "inside"
     assert main(["report", "box_carved"]) == 0
+    assert "inside core, of 125 spheres" in Path("box_carved/report.html").read_text(encoding="utf-8")
 
 
 def test_units_formats_and_both_sides(folder):
@@ -114,7 +115,8 @@ def test_spheres_of_a_part_that_overlap_have_the_ids_of_the_file(folder, capsys)
 
 
 def test_copies_are_checked_across_the_seams_and_counted(folder, capsys):
-    assert main(["repeat", "box", "4", "3", "1", "--scene", "periodic.yaml", "--no-report"]) == 0
+    assert main(["repeat", "box", "4", "3", "1", "--scene", "periodic.yaml"]) == 0
+    assert "4 x 3 x 1 of 125 spheres" in Path("box_repeated/report.html").read_text(encoding="utf-8")
     report = report_of("box_repeated")
     assert report["sphere_count"] == 12 * 125
     assert report["contacts"][1]["mean"] == pytest.approx(2 + 2 + 2 * 0.8)

@@ -117,7 +117,7 @@ def test_cfdem_refuses_a_mesh_that_is_not_in_metres():
 
 
 def test_a_folder_of_templates_that_is_none_is_refused(tmp_path):
-    for name in DECKS:
+    for name in (*DECKS, "openmc"):
         assert "is not a folder" in refused(name, outlook(), templates=tmp_path / "none")
 
 
