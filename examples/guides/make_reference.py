@@ -255,12 +255,13 @@ def file_part() -> Iterator[str]:
     known = {*measures, *converts}
     for name, parser, epilog in parts:
         yield f"`packgen {name}`: {DESCRIPTIONS[name]}\n"
-        yield "It takes the options of `measure` and `convert`, a result folder for `FILE`, and:\n"
+        yield "It takes the arguments of `measure` and `convert`, `FILE` may be a result folder, and:\n"
         yield table(
             ("argument", "meaning"),
             [row for row in arguments_of(parser) if row not in known and row[0] != "`FILE`"],
         )
-        yield plain(epilog.split("\n\nexit codes")[0]) + "\n"
+        for paragraph in epilog.split("\n\n")[:-1]:  # the last one has the exit codes
+            yield f"{paragraph[0].upper()}{plain(paragraph[1:])}\n"
     yield "Files that are read:\n"
     readers = (npz, table_of_text, lammps_data, dump, vtk, extxyz, mfix)
     yield table(("format",), [(plain((each.__doc__ or "").split("\n\n")[0]),) for each in readers])

@@ -115,9 +115,15 @@ def mesh_container(
 
 
 def closed_mesh(
-    path: Path, units: str, place: str, warn: Callable[[str], None] = lambda _: None
+    path: Path, units: str = "m", place: str = "mesh", warn: Callable[[str], None] = lambda _: None
 ) -> Container:
     """Return a closed mesh as a container, as `mesh_container` does; one that is open anywhere is refused.
+
+    Args:
+        path: The file.
+        units: Unit of its coordinates, a key of `packgen.units.LENGTHS`.
+        place: Where the file is named, for messages.
+        warn: Called with a sentence for each fault of the mesh that was mended.
 
     Raises:
         GeometryError: The mesh cannot be read, is open, or bounds no volume.
