@@ -27,9 +27,9 @@ and so do --outside and --inside --touching. A sphere that only touches the mesh
 is in it by no more than the tolerance. A clump is kept or left as a whole.
 
 results: as of packgen measure. The spheres are numbered anew, in the order that they had; {SOURCE_INDEX} has
-the number, from 0, of each in FILE. The walls: inside, the mesh; outside, those of the bed with the mesh as
-an inner wall; in {WALLS}, for --container. With --touching, and of a bed that wraps around cut outside, those
-of the bed: spheres cross the mesh, or a box cannot have it.
+the number, from 0, of each in FILE (by rising id, where it has ids). The walls: inside, the mesh; outside,
+those of the bed with the mesh as an inner wall; in {WALLS}, for --container. With --touching, and outside of
+a mesh in a bed that wraps around, those of the bed: spheres cross the mesh, or a box cannot have it.
 
 exit codes: 0 done and within tolerance; 1 written, but the bed has faults or a deck is missing;
 2 wrong input, nothing written; 130 interrupted, nothing written"""
