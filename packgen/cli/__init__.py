@@ -23,15 +23,18 @@ from packgen.version import __version__
 
 PAGES = ("report", "compare")
 FILES = ("measure", "convert")
+RESHAPES = ("carve", "repeat")
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
 )
 EPILOG = """other commands:
-  packgen report DIR        make the report of a result folder again
-  packgen compare DIR ...   put result folders side by side
-  packgen measure FILE      check and measure a bed from a file of any format
-  packgen convert FILE      write a bed from a file in other formats
+  packgen report DIR         make the report of a result folder again
+  packgen compare DIR ...    put result folders side by side
+  packgen measure FILE       check and measure a bed from a file of any format
+  packgen convert FILE       write a bed from a file in other formats
+  packgen carve FILE         keep the part of a bed inside or outside a closed mesh
+  packgen repeat FILE N N N  put copies of a bed that wraps around side by side
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
@@ -100,6 +103,10 @@ def _dispatch(arguments: list[str], ending: Ending) -> int:
         from packgen.cli.judge import run_file_command
 
         return run_file_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] in RESHAPES:
+        from packgen.cli.reshape import run_reshape_command
+
+        return run_reshape_command(arguments[0], arguments[1:], ending)
     if arguments and arguments[0] in PAGES:
         from packgen.cli.pages import run_page_command
 
