@@ -92,10 +92,14 @@ FILES = (
     ("`bed.npz`", "the spheres as plain arrays, see below"),
     ("`report.json`", "what was asked and what was reached, see below"),
     ("`report.html`", "the same to look at; not with `--no-report`"),
-    ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--validate`"),
+    ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--settle` and `--validate`"),
     (
         "`NAME.parts/`",
         "beside it, with `--workers` and `--scheduler`: what is done, for `--resume`; gone in the end",
+    ),
+    (
+        "`SOLVER/settled.*`",
+        "with `--settle SOLVER`: the solver's own state of the settled bed, from which it goes on",
     ),
     ("`validation.json`", "with `--validate`: what each solver measured, see below"),
 )

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_formats, add_results, run_options, whole
+from packgen.cli.options import add_formats, add_results, add_solvers, run_options, whole
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
@@ -39,6 +39,7 @@ EPILOG = """other commands:
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
 130 interrupted, nothing written, but a bed whose validation was interrupted is in DIR.unvalidated,
+one that was interrupted while it settled is in DIR.unsettled,
 and what processes that share a bed have done in DIR.parts"""
 
 
@@ -128,14 +129,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
     add_formats(parser, "deck")
-    parser.add_argument("--validate", action="store_true", help="confirm the bed in a solver")
-    parser.add_argument(
-        "--solver",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="solver for --validate (default: liggghts); may be repeated, or a comma list",
-    )
+    add_solvers(parser)
     parser.add_argument("--seed", metavar="N", type=whole(0), help="seed, in place of the scene's")
     _add_crews(parser)
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")

@@ -12,7 +12,14 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from packgen.page.figures import key_figures, mass_text, side_by_side, solver_reports
+from packgen.page.figures import (
+    key_figures,
+    mass_text,
+    settling_of,
+    settling_rows,
+    side_by_side,
+    solver_reports,
+)
 from packgen.page.plots import Plot, plots
 from packgen.version import __version__
 
@@ -46,6 +53,8 @@ def report_html(
         report={"warnings": [], **report},  # older versions had none
         figures=key_figures(report),
         solvers=solver_reports(validation),
+        settling=settling_of(report),
+        settling_rows=settling_rows(report),
         plots=[_safe(each) for each in plots(report, validation)],
         view=view,
         colours=colours,
