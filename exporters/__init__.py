@@ -46,6 +46,13 @@ BUILTIN = MappingProxyType(
         "geotaichi": "exporters.geotaichi",
         "chrono": "exporters.chrono",
         "extxyz": "exporters.extxyz",
+        "lethe": "exporters.lethe",
+        "phasicflow": "exporters.phasicflow",
+        "serpent": "exporters.serpent",
+        "openmc": "exporters.openmc",
+        "voxels": "exporters.voxels",
+        "bonds": "exporters.bonds",
+        "bpm": "exporters.bpm",
     }
 )
 

@@ -49,16 +49,33 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
             container is not convex.
     """
     deck.check_exportable(bed, NAME)
-    has_wall = walls.has_wall(bed)
-    types = contact.number_types(bed, has_wall=has_wall)
-    particulate.check_materials(NAME, types.materials)
-    regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
-    box = lammps_data.simulation_box(bed, open_top=open_top)
-    values = _values(bed, types, box, options) | {"regions": regions}
+    types, box, values = deck_values(bed, options)
+    values["bond_coeff"] = None
     return [
         deck.write_text(folder / "in.bed", deck.render("lammps/in.bed.j2", values, options.templates)),
         lammps_data.write_data(bed, folder / "bed.data", types, box),
     ]
+
+
+def deck_values(
+    bed: Bed, options: Options, solver: str = NAME
+) -> tuple[contact.Types, lammps_data.Float64Array, dict[str, Any]]:
+    """Return the types of a bed, the corners of the solver's box [m], and the values of the template.
+
+    Args:
+        bed: The bed.
+        options: The options.
+        solver: What messages call the format.
+
+    Raises:
+        ExportError: A material is outside the limits, or LAMMPS has no walls for the container.
+    """
+    has_wall = walls.has_wall(bed)
+    types = contact.number_types(bed, has_wall=has_wall)
+    particulate.check_materials(solver, types.materials)
+    regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
+    box = lammps_data.simulation_box(bed, open_top=open_top)
+    return types, box, _values(bed, types, box, options) | {"regions": regions}
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:

@@ -19,28 +19,34 @@ from packgen.version import __version__
 if TYPE_CHECKING:
     from packgen.bed import Bed
     from packgen.check import check_bed
-    from packgen.container import load_container
+    from packgen.container import closed_mesh, load_container
     from packgen.errors import PackgenError
     from packgen.filling.pack import pack
     from packgen.reading import read_bed
     from packgen.report import build_report
+    from packgen.reshape.carve import Cut, carve_bed
+    from packgen.reshape.repeat import repeat_bed
     from packgen.scene import load_scene
 
 __all__ = [
-    "Bed", "PackgenError", "__version__", "build_report", "check_bed", "load_container", "load_scene", "pack",
-    "read_bed",
+    "Bed", "Cut", "PackgenError", "__version__", "build_report", "carve_bed", "check_bed", "closed_mesh",
+    "load_container", "load_scene", "pack", "read_bed", "repeat_bed",
 ]  # fmt: skip
 
 _PLACES = MappingProxyType(
     {
         "Bed": "packgen.bed",
+        "Cut": "packgen.reshape.carve",
         "PackgenError": "packgen.errors",
         "build_report": "packgen.report",
+        "carve_bed": "packgen.reshape.carve",
         "check_bed": "packgen.check",
+        "closed_mesh": "packgen.container",
         "load_container": "packgen.container",
         "load_scene": "packgen.scene",
         "pack": "packgen.filling.pack",
         "read_bed": "packgen.reading",
+        "repeat_bed": "packgen.reshape.repeat",
     }
 )
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int32Array, read_only
+from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
 from packgen.geometry import (
     Ball,
     Box,
@@ -28,7 +28,7 @@ from packgen.geometry import (
 # Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
 __all__ = [
     "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
-    "Surface", "is_askew", "pair_coefficient", "with_images",
+    "Surface", "is_askew", "pair_coefficient", "with_images", "with_owned_images",
 ]  # fmt: skip
 
 UNKNOWN = "not known"  # what the provenance of a bed from elsewhere says of its walls
@@ -201,7 +201,15 @@ def with_images(bed: Bed, along: Float64Array | None = None) -> tuple[Float64Arr
     Raises:
         ValueError: The slab is askew to a direction in which the container is periodic.
     """
-    position, radius = bed.position, bed.radius
+    position, radius, _ = with_owned_images(bed, along)
+    return position, radius
+
+
+def with_owned_images(
+    bed: Bed, along: Float64Array | None = None
+) -> tuple[Float64Array, Float64Array, Int64Array]:
+    """Return what `with_images` does, and the index in the bed of each sphere or image, shape (M,), int64."""
+    position, radius, owner = bed.position, bed.radius, np.arange(bed.count)
     low, high = bed.container.bounds
     if along is not None and is_askew(along, bed.container.periodic):
         raise ValueError("slab: its planes are askew to a direction in which the container is periodic")
@@ -215,4 +223,5 @@ def with_images(bed: Bed, along: Float64Array | None = None) -> tuple[Float64Arr
         near_high = wrapped[:, axis] + radius > high[axis]
         position = np.concatenate([wrapped, wrapped[near_low] + step, wrapped[near_high] - step])
         radius = np.concatenate([radius, radius[near_low], radius[near_high]])
-    return position, radius
+        owner = np.concatenate([owner, owner[near_low], owner[near_high]])
+    return position, radius, owner

@@ -52,6 +52,7 @@ from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
+from packgen.settlement import Settling
 from packgen.version import __version__
 
 
@@ -81,6 +82,7 @@ class Measures:
         stands_at_friction: Whether the contacts can carry the bed's weight, and from what friction on; None
             of a bed that rests on nothing, and of spheres joined to bodies.
         jamming: How the bed is jammed, and the proof; None of other algorithms than JAMMED.
+        settling: How a solver settled the bed, and the bed before and after; None where none did.
     """
 
     sphere_count: int
@@ -100,10 +102,12 @@ class Measures:
     step_zero: PredictedForces | None
     stands_at_friction: Standing | None
     jamming: Jamming | None = None
+    settling: Settling | None = None
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
-        return (*unfilled(self.zones), *self.overlap.faults())
+        unsettled = () if self.settling is None else self.settling.missed()
+        return (*unfilled(self.zones), *self.overlap.faults(), *unsettled)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +161,9 @@ class Report(Measures):
         asked = [zone.asked for zone in self.zones]
         known = [number for number in asked if number is not None]
         wanted = f" of {sum(known):,}" if len(known) == len(asked) and known else ""
-        tolerance = "none" if check.tolerance is None else f"{check.tolerance:.3g}"
+        tolerance = f"tolerance {'none' if check.tolerance is None else f'{check.tolerance:.3g}'}"
+        if self.settling is not None:
+            tolerance = self.settling.allowed()
         packing = self.close_packing
         beside = f", {packing.reached:.2f} of its random close packing" if packing else ""
         by_core = solid.core is not None
@@ -167,7 +173,7 @@ class Report(Measures):
             ("mass", mass_text(self.sets)),
             ("solid fraction, filled volume", f"{solid.filled:.4f}{'' if by_core else beside}"),
             ("solid fraction, core", f"{solid.core:.4f}{beside}" if by_core else solid.core_rule),
-            ("largest overlap", f"{check.overlap_max:.3g} r (tolerance {tolerance})"),
+            ("largest overlap", f"{check.overlap_max:.3g} r ({tolerance})"),
             ("largest overlap with a wall", f"{check.wall_overlap_max:.3g} r" if walls else UNKNOWN),
         ]
         if self.contacts:
@@ -180,6 +186,7 @@ class Report(Measures):
             rows.append(("stands from a friction of", self.stands_at_friction.as_text()))
         if self.jamming is not None:
             rows += [("jammed", self.jamming.line()), ("container", self.jamming.container_line())]
+        rows += [] if self.settling is None else self.settling.rows()
         rows += [
             (f"size curve of {each.name}, off by", f"{each.by_mass.distance_max:.2%} by mass")
             for each in self.sizes

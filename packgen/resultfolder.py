@@ -18,7 +18,7 @@ from packgen.stopping import held, tidied
 
 MANIFEST = "report.json"  # its key "files" lists what the run wrote
 PAGE = "report.html"
-UNVALIDATED = ".unvalidated"
+UNVALIDATED, UNSETTLED = ".unvalidated", ".unsettled"  # names of what a stop has left unfinished
 UNFINISHED = ".unfinished-"
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
@@ -43,7 +43,7 @@ class ResultFolder:
         self.target = target.expanduser().resolve()
         self.set_aside: Path | None = None
         self.notes: list[str] = []  # what became of folders that were there before, for the user
-        self.unvalidated = False
+        self.beside = ""  # what follows the target's name, where the results are put beside it
         self._registered = ExitStack()
         self._force = force
         self._keep = keep
@@ -117,17 +117,21 @@ class ResultFolder:
                     shutil.rmtree(self.path, ignore_errors=True)
             self._remove_parents()
 
-    def keep_unvalidated(self) -> None:
-        """Commit to ``NAME.unvalidated`` beside the target, which stays; so do foreign files there."""
+    def keep_beside(self, suffix: str) -> None:
+        """Commit to a name beside the target, which stays; so do foreign files there.
+
+        Args:
+            suffix: What follows the target's name: `UNVALIDATED` or `UNSETTLED`.
+        """
         number = 1
         while True:
-            free = _numbered(self.target, UNVALIDATED, number)
+            free = _numbered(self.target, suffix, number)
             if not os.path.lexists(free) or (
                 free.is_dir() and not free.is_symlink() and not foreign_files(free)
             ):
                 break
             number += 1
-        self.unvalidated, self.target = True, free
+        self.beside, self.target = suffix, free
 
     def commit(self) -> None:
         """Give the results their final name, in place of an earlier run's.
@@ -183,7 +187,8 @@ def _recover(target: Path) -> list[str]:
     A run that was killed between the two renames of its end has left the former result under its temporary
     name and ``~``: that result is whole and gets its name back. With ``~~`` it has been replaced.
     """
-    beside = rf"\.{re.escape(target.name)}({re.escape(UNVALIDATED)}\d*)?{re.escape(UNFINISHED)}"
+    suffixes = f"({re.escape(UNVALIDATED)}|{re.escape(UNSETTLED)})"
+    beside = rf"\.{re.escape(target.name)}({suffixes}\d*)?{re.escape(UNFINISHED)}"
     notes = []
     # The former result comes before the new one, whose presence tells that the former was not replaced.
     for path in reversed(abandoned(target.parent, beside)):

@@ -34,7 +34,7 @@ settled = importlib.import_module("settled")
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
 
-def run(script: str, folder: Path, *options: str) -> tuple[list[dict[str, str]], str]:
+def run(script: str, folder: Path, *options: str, drawn: bool = True) -> tuple[list[dict[str, str]], str]:
     """Run a script from an empty folder; return the rows of its CSV and its table."""
     (folder / "elsewhere").mkdir()
     command = [sys.executable, str(BENCHMARKS / f"{script}.py"), "--out", str(folder / "out")]
@@ -43,8 +43,8 @@ def run(script: str, folder: Path, *options: str) -> tuple[list[dict[str, str]],
     assert done.returncode == 0, done.stderr
     assert list((folder / "elsewhere").iterdir()) == []
     names = {path.name for path in (folder / "out").iterdir()}
-    assert names == {f"{script}.csv", f"{script}.txt", f"{script}.png"}
-    assert (folder / "out" / f"{script}.png").read_bytes().startswith(b"\x89PNG")
+    assert names == {f"{script}.csv", f"{script}.txt", *([f"{script}.png"] if drawn else [])}
+    assert not drawn or (folder / "out" / f"{script}.png").read_bytes().startswith(b"\x89PNG")
     with (folder / "out" / f"{script}.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     return rows, (folder / "out" / f"{script}.txt").read_text(encoding="utf-8")
@@ -382,3 +382,15 @@ def test_a_trimmed_bed_touches_without_overlap_and_shrinks_by_its_overlaps_at_mo
 def test_the_seeds_that_liggghts_takes_are_different_primes():
     found = pour.primes_above(10_000, 3)
     assert found == [10007, 10009, 10037]
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@needs_liggghts
+def test_settling_puts_settled_beds_beside_the_mark(tmp_path):
+    rows, text = run("settling", tmp_path, "--spheres", "60", "--free-fall-times", "2", drawn=False)
+    assert [row["bed"] for row in rows] == ["packed", "settled", "settled, trimmed", "the mark"]
+    assert all(float(row["displacement_mean"]) >= 0 and row["lost"] == "0" for row in rows)
+    assert float(rows[1]["overlap_max"]) > float(rows[2]["overlap_max"]) == 0
+    assert float(rows[1]["displacement_mean"]) < float(rows[2]["displacement_mean"])
+    assert "ratio to the mark" in text

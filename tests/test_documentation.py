@@ -23,7 +23,7 @@ def solvers_of(page):
     """The solvers that a page's commands need."""
     fences = re.findall(r"^```bash\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     text = "\n".join(fences)
-    named = {solver for solver in SOLVERS if re.search(rf"{solver} -|--solver \S*{solver}", text)}
+    named = {solver for solver in SOLVERS if re.search(rf"{solver} -|--(solver|settle) \S*{solver}", text)}
     return named | ({"liggghts"} if "--validate" in text else set())
 
 

@@ -97,6 +97,7 @@ UPPER = (
     "packgen.filling",
     "packgen.report",
     "packgen.validation",
+    "packgen.settling",
     "packgen.page",
     "packgen.workers",
     "packgen.cli",

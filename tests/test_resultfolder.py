@@ -10,7 +10,7 @@ import pytest
 
 from packgen.errors import ExportError
 from packgen.leftovers import NOBODY, owner
-from packgen.resultfolder import ResultFolder, foreign_files, list_files
+from packgen.resultfolder import UNSETTLED, UNVALIDATED, ResultFolder, foreign_files, list_files
 
 
 def run_into(target, content="new", stop=None, **options):
@@ -145,7 +145,7 @@ with ResultFolder(pathlib.Path(sys.argv[1])) as folder:
     (folder.path / "bed").write_text("killed")
     (folder.path / "report.json").write_text(json.dumps({"files": ["bed", "report.json"]}))
     if len(sys.argv) > 3:
-        folder.keep_unvalidated()
+        folder.keep_beside(sys.argv[3])
     folder.commit()
 """
 needs_owner = pytest.mark.skipif(owner() == NOBODY, reason="the system does not tell when a process started")
@@ -184,26 +184,27 @@ def test_a_former_result_that_a_killed_run_moved_is_not_lost_where_its_name_is_t
 
 
 @needs_owner
+@pytest.mark.parametrize("suffix", [UNVALIDATED, UNSETTLED])
 @pytest.mark.parametrize(("renames", "found"), [(0, "first"), (1, "first"), (2, "first"), (3, "killed")])
-def test_an_unvalidated_bed_is_as_safe_as_any(tmp_path, renames, found):
+def test_a_bed_beside_the_target_is_as_safe_as_any(tmp_path, renames, found, suffix):
     target = tmp_path / "out"
     for _ in range(2):
         with ResultFolder(target) as folder:
             (folder.path / "bed").write_text("first")
             (folder.path / "report.json").write_text(json.dumps({"files": ["bed", "report.json"]}))
-            folder.keep_unvalidated()
+            folder.keep_beside(suffix)
             folder.commit()
-    killed(target, renames, "unvalidated")
+    killed(target, renames, suffix)
     run_into(target)
-    assert sorted(os.listdir(tmp_path)) == ["out", "out.unvalidated"]
-    assert (tmp_path / "out.unvalidated" / "bed").read_text() == found
+    assert sorted(os.listdir(tmp_path)) == ["out", f"out{suffix}"]
+    assert (tmp_path / f"out{suffix}" / "bed").read_text() == found
 
 
 def test_an_unvalidated_bed_touches_no_foreign_files(tmp_path):
     (tmp_path / "out.unvalidated").mkdir()
     (tmp_path / "out.unvalidated" / "notes").write_text("mine")
     with ResultFolder(tmp_path / "out") as folder:
-        folder.keep_unvalidated()
+        folder.keep_beside(UNVALIDATED)
         folder.commit()
     assert folder.target == tmp_path / "out.unvalidated2"
     assert sorted(os.listdir(tmp_path)) == ["out.unvalidated", "out.unvalidated2"]

@@ -24,7 +24,8 @@ from packgen import bedfile, report
 from packgen.arrange import registry
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
-from packgen.cli.files import CONVERT, DESCRIPTIONS, MEASURE, build_file_parser
+from packgen.cli.files import CARVE, CONVERT, DESCRIPTIONS, MEASURE, REPEAT, build_file_parser
+from packgen.cli.reshape import CARVE_EPILOG, REPEAT_EPILOG, build_carve_parser, build_repeat_parser
 from packgen.reading import dump, extxyz, lammps_data, mfix, npz, vtk
 from packgen.reading import table as table_of_text
 from packgen.scene import document, models, sets
@@ -91,10 +92,14 @@ FILES = (
     ("`bed.npz`", "the spheres as plain arrays, see below"),
     ("`report.json`", "what was asked and what was reached, see below"),
     ("`report.html`", "the same to look at; not with `--no-report`"),
-    ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--validate`"),
+    ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--settle` and `--validate`"),
     (
         "`NAME.parts/`",
         "beside it, with `--workers` and `--scheduler`: what is done, for `--resume`; gone in the end",
+    ),
+    (
+        "`SOLVER/settled.*`",
+        "with `--settle SOLVER`: the solver's own state of the settled bed, from which it goes on",
     ),
     ("`validation.json`", "with `--validate`: what each solver measured, see below"),
 )
@@ -250,6 +255,17 @@ def file_part() -> Iterator[str]:
     yield f"`packgen convert FILE`: {DESCRIPTIONS[CONVERT]}\n"
     yield "It takes the same arguments but `--tolerance`, and:\n"
     yield table(("argument", "meaning"), [row for row in converts if row not in measures])
+    parts = ((CARVE, build_carve_parser(), CARVE_EPILOG), (REPEAT, build_repeat_parser(), REPEAT_EPILOG))
+    known = {*measures, *converts}
+    for name, parser, epilog in parts:
+        yield f"`packgen {name}`: {DESCRIPTIONS[name]}\n"
+        yield "It takes the arguments of `measure` and `convert`, `FILE` may be a result folder, and:\n"
+        yield table(
+            ("argument", "meaning"),
+            [row for row in arguments_of(parser) if row not in known and row[0] != "`FILE`"],
+        )
+        for paragraph in epilog.split("\n\n")[:-1]:  # the last one has the exit codes
+            yield f"{paragraph[0].upper()}{plain(paragraph[1:])}\n"
     yield "Files that are read:\n"
     readers = (npz, table_of_text, lammps_data, dump, vtk, extxyz, mfix)
     yield table(("format",), [(plain((each.__doc__ or "").split("\n\n")[0]),) for each in readers])

@@ -73,14 +73,7 @@ def write_data(bed: Bed, path: Path, types: Types, box: Float64Array) -> Path:
         types: Types of the sets.
         box: Lower and upper corner of the box [m], shape (2, 3).
     """
-    told = deck.provenance_values(bed)
-    title = f"{bed.count} spheres, packgen {told['version']}, scene {told['scene']}, seed {told['seed']}"
-    lines = [f"# {title}", "", f"{bed.count} atoms", f"{len(types.materials)} atom types", ""]
-    lines += [
-        f"{low!r} {high!r} {axis}lo {axis}hi" for axis, (low, high) in zip("xyz", box.T.tolist(), strict=True)
-    ]
-    lines += ["", "Atoms", ""]
-    head = "\n".join(lines) + "\n"
+    head = data_head(bed, types, box, [], "Atoms")
     density = np.array([each.density for each in bed.particle_sets], dtype=np.float64)
     sphere_type = np.array(types.by_set, dtype=np.int64)
     for start in range(0, bed.count, SPHERES_AT_A_TIME):
@@ -92,3 +85,22 @@ def write_data(bed: Bed, path: Path, types: Types, box: Float64Array) -> Path:
         ]  # fmt: skip
         table.write_rows(path, columns, head="" if start else head, append=start > 0)
     return path
+
+
+def data_head(bed: Bed, types: Types, box: Float64Array, counts: list[str], section: str) -> str:
+    """Return what a data file has before its first row.
+
+    Args:
+        bed: The bed.
+        types: Types of the sets.
+        box: Lower and upper corner of the box [m], shape (2, 3).
+        counts: More lines of the header, such as ``12 bonds``.
+        section: Name of the first section.
+    """
+    told = deck.provenance_values(bed)
+    title = f"{bed.count} spheres, packgen {told['version']}, scene {told['scene']}, seed {told['seed']}"
+    lines = [f"# {title}", "", f"{bed.count} atoms", f"{len(types.materials)} atom types", *counts, ""]
+    lines += [
+        f"{low!r} {high!r} {axis}lo {axis}hi" for axis, (low, high) in zip("xyz", box.T.tolist(), strict=True)
+    ]
+    return "\n".join([*lines, "", section, ""]) + "\n"

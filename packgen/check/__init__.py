@@ -58,16 +58,21 @@ class Check:
         """Return a line for each thing that is wrong, naming the worst sphere; empty when all is well."""
         lines = []
         if self.invalid_count:
-            lines.append(f"{self.invalid_count} spheres have a position or radius that is no finite number")
+            spheres = "1 sphere has" if self.invalid_count == 1 else f"{self.invalid_count:,} spheres have"
+            lines.append(f"{spheres} a position or radius that is no finite number")
         if self.outside_count:
+            alone = self.outside_count == 1
             lines.append(
-                f"{self.outside_count} spheres lie outside the container, "
+                f"sphere {self.worst_wall_sphere} lies outside the container"
+                if alone
+                else f"{self.outside_count:,} spheres lie outside the container, "
                 f"sphere {self.worst_wall_sphere} farthest"
             )
         if self.tolerance is not None and self.overlap_max > self.tolerance and self.worst_pair is not None:
             first, second = self.worst_pair
+            pairs = "1 pair overlaps" if self.excess_count == 1 else f"{self.excess_count:,} pairs overlap"
             lines.append(
-                f"{self.excess_count:,} pairs overlap by more than the tolerance {self.tolerance:.3g}, worst "
+                f"{pairs} by more than the tolerance {self.tolerance:.3g}, worst "
                 f"spheres {first} and {second}, by {self.overlap_max:.3g} of the smaller radius"
             )
         if self.tolerance is not None and self.wall_overlap_max > self.tolerance:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_formats, add_results, run_options, whole
+from packgen.cli.options import add_formats, add_results, add_solvers, run_options, whole
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
@@ -23,19 +23,23 @@ from packgen.version import __version__
 
 PAGES = ("report", "compare")
 FILES = ("measure", "convert")
+RESHAPES = ("carve", "repeat")
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
 )
 EPILOG = """other commands:
-  packgen report DIR        make the report of a result folder again
-  packgen compare DIR ...   put result folders side by side
-  packgen measure FILE      check and measure a bed from a file of any format
-  packgen convert FILE      write a bed from a file in other formats
+  packgen report DIR         make the report of a result folder again
+  packgen compare DIR ...    put result folders side by side
+  packgen measure FILE       check and measure a bed from a file of any format
+  packgen convert FILE       write a bed from a file in other formats
+  packgen carve FILE         keep the part of a bed inside or outside a closed mesh
+  packgen repeat FILE N N N  put copies of a bed that wraps around side by side
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
 130 interrupted, nothing written, but a bed whose validation was interrupted is in DIR.unvalidated,
+one that was interrupted while it settled is in DIR.unsettled,
 and what processes that share a bed have done in DIR.parts"""
 
 
@@ -100,6 +104,10 @@ def _dispatch(arguments: list[str], ending: Ending) -> int:
         from packgen.cli.judge import run_file_command
 
         return run_file_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] in RESHAPES:
+        from packgen.cli.reshape import run_reshape_command
+
+        return run_reshape_command(arguments[0], arguments[1:], ending)
     if arguments and arguments[0] in PAGES:
         from packgen.cli.pages import run_page_command
 
@@ -121,14 +129,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
     add_formats(parser, "deck")
-    parser.add_argument("--validate", action="store_true", help="confirm the bed in a solver")
-    parser.add_argument(
-        "--solver",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="solver for --validate (default: liggghts); may be repeated, or a comma list",
-    )
+    add_solvers(parser)
     parser.add_argument("--seed", metavar="N", type=whole(0), help="seed, in place of the scene's")
     _add_crews(parser)
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute")

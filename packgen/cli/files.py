@@ -1,4 +1,4 @@
-"""``packgen measure FILE`` and ``packgen convert FILE``: what they take, as typed values."""
+"""Beds from files: what ``packgen measure``, ``convert``, ``carve`` and ``repeat`` take, as typed values."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from packgen.cli.options import add_formats, add_results, names_in
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS, to_si
 
-MEASURE, CONVERT = "measure", "convert"
+MEASURE, CONVERT, CARVE, REPEAT = "measure", "convert", "carve", "repeat"
 
 DESCRIPTIONS = MappingProxyType(
     {
         MEASURE: "Check and measure a bed of spheres from a file, wherever it comes from.",
         CONVERT: "Write a bed of spheres from a file, wherever it comes from, in other formats.",
+        CARVE: "Keep the part of a bed inside or outside a closed mesh: a core sample, a tunnel, a borehole.",
+        REPEAT: "Put copies of a bed that wraps around side by side, along the axes along which it does.",
     }
 )
 EPILOG = """files: bed.npz, csv and text (columns named, or x y z r), data files and dumps of LIGGGHTS and
@@ -29,7 +32,7 @@ exit codes: 0 done and within tolerance; 1 written, but the bed has faults or a 
 
 @dataclass(frozen=True, slots=True)
 class FileOptions:
-    """The options of the two commands.
+    """The options that all these commands have.
 
     Attributes:
         file: The file of spheres.
@@ -83,51 +86,74 @@ def file_options(command: str, arguments: Sequence[str]) -> FileOptions:
     Raises:
         PackgenError: Options do not go together.
     """
-    converts = command == CONVERT
-    parsed = build_file_parser(command).parse_args(arguments)
-    export = names_in(parsed.export) if converts else ()
-    if converts and not export:
+    return options_of(command, vars(build_file_parser(command).parse_args(arguments)))
+
+
+def options_of(command: str, given: Mapping[str, Any]) -> FileOptions:
+    """Return the options that all commands have, from what the parser of one of them gives.
+
+    Raises:
+        PackgenError: Options do not go together.
+    """
+    export = names_in(given.get("export", ()))
+    if command == CONVERT and not export:
         raise PackgenError("--export: found no format, expected one, such as --export liggghts")
-    if parsed.scene is not None and parsed.container is not None:
+    if given["scene"] is not None and given["container"] is not None:
         raise PackgenError("--container: found beside --scene, whose container counts; leave one of them out")
-    if parsed.container_units is not None and parsed.container is None:
+    if given["container_units"] is not None and given["container"] is None:
         raise PackgenError(
             "--container-units: found without --container, expected the mesh whose unit it is; "
             "--units is for the file of spheres"
         )
     return FileOptions(
-        file=parsed.file,
-        scene=parsed.scene,
-        container=parsed.container,
-        container_units=parsed.container_units or "m",
-        units=parsed.units,
-        step=parsed.step,
-        density=MappingProxyType(dict(parsed.density)),
+        file=given["file"],
+        scene=given["scene"],
+        container=given["container"],
+        container_units=given["container_units"] or "m",
+        units=given["units"],
+        step=given["step"],
+        density=MappingProxyType(dict(given["density"])),
         export=export,
-        export_option=tuple(parsed.export_option) if converts else (),
-        templates=parsed.templates if converts else None,
-        tolerance=None if converts else parsed.tolerance,
-        judged=not converts,
-        output=parsed.output,
-        threads=parsed.threads,
-        force=parsed.force,
-        picture=parsed.picture,
-        page=not parsed.no_report,
-        quiet=parsed.quiet,
+        export_option=tuple(given.get("export_option", ())),
+        templates=given.get("templates"),
+        tolerance=given.get("tolerance"),
+        judged=command != CONVERT,
+        output=given["output"],
+        threads=given["threads"],
+        force=given["force"],
+        picture=given["picture"],
+        page=not given["no_report"],
+        quiet=given["quiet"],
     )
 
 
 def build_file_parser(command: str) -> argparse.ArgumentParser:
     """Return the parser of ``packgen measure`` or ``packgen convert``."""
-    parser = argparse.ArgumentParser(
+    parser = named_parser(command, EPILOG)
+    parser.add_argument("file", metavar="FILE", type=Path, help="file of spheres")
+    add_source(parser)
+    if command == CONVERT:
+        add_formats(parser, "format")
+    else:
+        add_tolerance(parser)
+    add_results(parser, "file", "threads of the measures (default: as many as cores are free to packgen)")
+    return parser
+
+
+def named_parser(command: str, epilog: str) -> argparse.ArgumentParser:
+    """Return a parser of a command that has no arguments yet."""
+    return argparse.ArgumentParser(
         prog=f"packgen {command}",
         description=f"{DESCRIPTIONS[command]} A scene of that name is ./{command}.",
-        epilog=EPILOG,
+        epilog=epilog,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+
+
+def add_source(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say what a file of spheres does not."""
     units = tuple(LENGTHS)
-    parser.add_argument("file", metavar="FILE", type=Path, help="file of spheres")
     parser.add_argument(
         "--scene", metavar="SCENE", type=Path, help="scene that says sets, materials, walls and gravity"
     )
@@ -151,17 +177,16 @@ def build_file_parser(command: str) -> argparse.ArgumentParser:
         help="density of a set, or of all whose density is not known, such as 2500 or steel=7.8g/cm3; "
         "may be repeated",
     )
-    if command == CONVERT:
-        add_formats(parser, "format")
-    else:
-        parser.add_argument(
-            "--tolerance",
-            metavar="SHARE",
-            type=_share,
-            help="largest overlap that is no fault, in smaller radii (default: that of the scene, else 1e-6)",
-        )
-    add_results(parser, "file", "threads of the measures (default: as many as cores are free to packgen)")
-    return parser
+
+
+def add_tolerance(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says which overlaps are faults."""
+    parser.add_argument(
+        "--tolerance",
+        metavar="SHARE",
+        type=_share,
+        help="largest overlap that is no fault, in smaller radii (default: that of the scene, else 1e-6)",
+    )
 
 
 def _density(text: str) -> tuple[str, float]:

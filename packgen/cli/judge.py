@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 from packgen.cli.ending import Ending
 from packgen.cli.exports import Format, check_formats, outlook_of_bed, write_decks
@@ -12,6 +14,7 @@ from packgen.cli.files import FileOptions, file_options
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.plan import find_formats
 from packgen.cli.run import conclude, explained
+from packgen.cli.screen import say
 from packgen.cli.stopwatch import Stopwatch
 from packgen.cli.visuals import composer, write_looks
 from packgen.errors import PackgenError
@@ -20,11 +23,38 @@ from packgen.stopping import held
 
 if TYPE_CHECKING:  # a wrong option must not wait for scipy
     from exporters.protocol import Place
+    from packgen.arrays import Int64Array
     from packgen.bed import Bed
     from packgen.geometry import Container
     from packgen.reading import SphereFile
     from packgen.report import Measures
     from packgen.scene import Scene
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Changed:
+    """What became of a bed that was read.
+
+    Attributes:
+        bed: The bed now.
+        ids: What the file calls each of its spheres, shape (N,); None: it has no ids.
+        notes: A line for each thing that was done, for the summary.
+    """
+
+    bed: Bed
+    ids: Int64Array | None
+    notes: tuple[str, ...] = ()
+
+
+class Change(Protocol):
+    """What makes another bed of one that was read."""
+
+    @property
+    def stage(self) -> str:
+        """What the stage is called in the report's times."""
+
+    def __call__(self, spheres: SphereFile, bed: Bed, folder: Path, said: list[str], /) -> Changed:
+        """Return the other bed; files about it go into ``folder``, warnings into ``said``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,23 +80,47 @@ def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> 
     Raises:
         PackgenError: The file, the scene or an option is wrong.
     """
+    return judge_file(file_options(command, arguments), ending)
+
+
+def judge_file(
+    options: FileOptions, ending: Ending, change: Change | None = None, *, inputs: tuple[Path, ...] = ()
+) -> int:
+    """Read a bed, make another one of it where that is asked, check it, measure it and write it.
+
+    Args:
+        options: The options.
+        ending: Told when the results are in place.
+        change: What makes another bed of the one that was read.
+        inputs: More files that the command reads.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        PackgenError: The file, the scene or an option is wrong.
+    """
     from packgen.reading import refuse_no_file, refuse_unknown
 
-    options = file_options(command, arguments)
     refuse_no_file(options.file)
     formats = find_formats(options.export, options.export_option, options.templates)
     refuse_unreadable([options.target.resolve().name])
     watch = Stopwatch()
-    kept = [each for each in (options.file, options.scene, options.container) if each is not None]
+    kept = [each for each in (options.file, options.scene, options.container, *inputs) if each is not None]
     folder = ResultFolder(options.target, force=options.force, keep=tuple(kept))
     with folder:
         said: list[str] = []
         with watch.stage("read"), explained(said):
             spheres, bed, place = _read(options, said)
+        changed = Changed(bed, spheres.id)
+        if change is not None:
+            with watch.stage(change.stage), explained(said):
+                changed = change(spheres, bed, folder.path, said)
+            bed = changed.bed
         refuse_unknown(options.file, bed, {need for each in formats.values() for need in each.exporter.NEEDS})
         if formats:
             check_formats(formats, outlook_of_bed(bed, place))
-        judged = _judge(spheres, bed, options, said, watch)
+        judged = _judge(changed, options, said, watch)
         unwritten = _write(bed, formats, folder, watch)
         compose = composer(
             judged.measures, bed.provenance, watch,
@@ -80,6 +134,9 @@ def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> 
         with held():
             folder.commit()
             ending.done(code, f"the bed is in {folder.target}")
+    if not options.quiet:
+        for line in changed.notes:
+            say(line, sys.stdout)
     conclude(report, folder, quiet=options.quiet)
     return code
 
@@ -121,9 +178,7 @@ def _load(options: FileOptions, said: list[str]) -> tuple[Scene | None, Containe
     return None, mesh_container(options.container, options.container_units, "--container", said.append)
 
 
-def _judge(
-    spheres: SphereFile, bed: Bed, options: FileOptions, said: Sequence[str], watch: Stopwatch
-) -> _Judged:
+def _judge(changed: Changed, options: FileOptions, said: Sequence[str], watch: Stopwatch) -> _Judged:
     """Check and measure the bed."""
     import numpy as np
 
@@ -132,12 +187,13 @@ def _judge(
     from packgen.measure.order import WALL_REACH
     from packgen.report import measure_bed
 
+    bed = changed.bed
     with watch.stage("check"):
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         # Walls that are not known are not judged; near the box in their place a bed is not the bed's own.
         judged = clearance if bed.container.walls_known else np.full(bed.count, np.inf)
         check = check_bed(bed, judged)
-        named = () if check.within_tolerance else named_faults(bed, judged, spheres.id)
+        named = () if check.within_tolerance else named_faults(bed, judged, changed.ids)
     with watch.stage("measure"):
         measures = measure_bed(bed, check=check, clearance=clearance, threads=options.threads)
     return _Judged(measures, named, tuple(said))

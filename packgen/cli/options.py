@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from packgen.units import to_si
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +21,8 @@ class RunOptions:
         output: The result folder; None: named after the scene.
         validate: Whether solvers confirm the bed.
         solver: Names of these solvers, each once; empty: the default one.
+        settle: The solver that settles the bed; None: none does.
+        until: How long it does [s]; infinite: until the bed is still; None: not said, which means the same.
         seed: Seed in place of the scene's; None: the scene's.
         threads: Threads of the arrangement and of the measures; None: as many as cores are free.
         device: Where to compute, ``cpu`` or ``cuda``.
@@ -37,6 +42,8 @@ class RunOptions:
     output: Path | None = None
     validate: bool = False
     solver: tuple[str, ...] = ()
+    settle: str | None = None
+    until: float | None = None
     seed: int | None = None
     threads: int | None = None
     device: str = "cpu"
@@ -69,6 +76,8 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
         output=parsed.output,
         validate=parsed.validate,
         solver=names_in(parsed.solver),
+        settle=parsed.settle,
+        until=parsed.until,
         seed=parsed.seed,
         threads=parsed.threads,
         device=parsed.device,
@@ -135,6 +144,42 @@ def add_results(parser: argparse.ArgumentParser, source: str, threads: str) -> N
     )
     parser.add_argument("--no-report", action="store_true", help="make no report.html")
     parser.add_argument("--quiet", action="store_true", help="show warnings and what was missed alone")
+
+
+def add_solvers(parser: argparse.ArgumentParser) -> None:
+    """Add the options by which solvers settle the bed and confirm it."""
+    parser.add_argument(
+        "--settle",
+        metavar="SOLVER",
+        help="let a solver settle the bed under its own friction: liggghts, lammps or yade",
+    )
+    parser.add_argument(
+        "--until",
+        metavar="still|TIME",
+        type=_until,
+        help="how long: until it is still (default), or a time, such as 0.5s; Ctrl-C keeps what is reached",
+    )
+    parser.add_argument("--validate", action="store_true", help="confirm the bed in a solver")
+    parser.add_argument(
+        "--solver",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="solver for --validate (default: liggghts); may be repeated, or a comma list",
+    )
+
+
+def _until(text: str) -> float:
+    """Return a time [s], infinite for ``still``."""
+    if text == "still":
+        return math.inf
+    try:
+        time = to_si(text, "time")
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected still, or {error}") from error
+    if not 0.0 < time < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected still, or a time greater than 0")
+    return time
 
 
 def whole(least: int) -> Callable[[str], int]:

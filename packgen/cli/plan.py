@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,6 +27,8 @@ class Plan:
         scene: The scene, with the seed that counts.
         formats: What to write, by name, in order.
         solvers: The solvers that have to confirm the bed.
+        settle: The solver that settles it before; None: none does.
+        settle_time: How long [s]; None: until it is still.
         target: The result folder.
     """
 
@@ -33,6 +36,8 @@ class Plan:
     formats: Mapping[str, Format]
     solvers: tuple[str, ...]
     target: Path
+    settle: str | None = None
+    settle_time: float | None = None
 
 
 def make_plan(options: RunOptions) -> Plan:
@@ -44,7 +49,9 @@ def make_plan(options: RunOptions) -> Plan:
     from packgen.scene import load_scene
 
     solvers = _solvers(options.solver, validate=options.validate)
-    formats = find_formats((*options.export, *solvers), options.export_option, options.templates)
+    settle = _settle(options)
+    named = (*options.export, *solvers, *(() if settle is None else (settle,)))
+    formats = find_formats(named, options.export_option, options.templates)
     if options.templates is not None and not options.templates.is_dir():
         raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
     if options.workers is not None and options.scheduler is not None:
@@ -59,7 +66,20 @@ def make_plan(options: RunOptions) -> Plan:
 
         scene = in_tiles(scene, shared=True)
     refuse_unreadable([options.target.resolve().name])
-    return Plan(scene, formats, solvers, options.target)
+    time = None if options.until in {None, math.inf} else options.until
+    return Plan(scene, formats, solvers, options.target, settle, time)
+
+
+def _settle(options: RunOptions) -> str | None:
+    """Return the solver that settles the bed, which is there; None where none is to."""
+    if options.settle is None:
+        if options.until is not None:
+            raise PackgenError("--until: found without --settle; add --settle SOLVER, or leave --until out")
+        return None
+    from packgen.validation import find_solver
+
+    find_solver(options.settle, option="--settle")
+    return options.settle
 
 
 def _solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:

@@ -19,10 +19,11 @@ from packgen.cli.options import RunOptions
 from packgen.cli.plan import Plan, make_plan
 from packgen.cli.progress import Share, show_progress
 from packgen.cli.screen import say, table
+from packgen.cli.settle import Outcome, keep_state, limits_of, refuse_unsettled, settle_bed, with_settling
 from packgen.cli.stopwatch import Stopwatch
 from packgen.cli.visuals import composer, write_looks
 from packgen.errors import PackgenError
-from packgen.resultfolder import ResultFolder
+from packgen.resultfolder import UNVALIDATED, ResultFolder
 from packgen.stopping import held, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
@@ -61,17 +62,21 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         parts = parts_of(options)
         with crew_of(options, plan.scene, parts, ending) as crew:
             packed = _pack(plan.scene, vessel, options, watch, crew)
-        measures = _measure(plan.scene, packed, options.threads, watch)
-        unwritten = _write(packed.bed, plan, folder, watch)
-        verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
+        outcome = settle_bed(packed.bed, plan, folder, watch, quiet=options.quiet)
+        bed = outcome.bed
+        measures = _measure(plan.scene, packed, bed, options.threads, watch)
+        unwritten = _write(bed, plan, folder, watch)
+        measures = with_settling(measures, outcome, keep_state(outcome, folder), watch)
+        verdict = _validate(outcome, plan, folder, watch, quiet=options.quiet)
         unconfirmed, unjudged = ((), ()) if verdict is None else (verdict.missed, verdict.unjudged)
         compose = composer(
-            measures, packed.bed.provenance, watch,
-            missed=(*unwritten, *unconfirmed), warnings=(*vessel.mended, *packed.warnings, *unjudged),
+            measures, bed.provenance, watch,
+            missed=(*outcome.missed, *unwritten, *unconfirmed),
+            warnings=(*vessel.mended, *packed.warnings, *unjudged),
         )  # fmt: skip
-        hurry = folder.unvalidated
+        hurry = bool(folder.beside)
         report = write_looks(
-            packed.bed, compose, folder.path, folder.target.name, watch,
+            bed, compose, folder.path, folder.target.name, watch,
             page=options.page and not hurry, picture=options.picture and not hurry,
         )  # fmt: skip
         code = EXIT_INTERRUPTED if hurry else int(bool(report.missed))
@@ -97,6 +102,7 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
         container = load_container(plan.scene, mended.append)
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
+        refuse_unsettled(plan, plan.scene, container)
     for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
     return _Vessel(container, tuple(mended), for_solver)
 
@@ -140,13 +146,12 @@ def _pack(
         )
 
 
-def _measure(scene: Scene, packed: PackResult, threads: int | None, watch: Stopwatch) -> Measures:
-    """Check and measure the bed."""
+def _measure(scene: Scene, packed: PackResult, bed: Bed, threads: int | None, watch: Stopwatch) -> Measures:
+    """Check and measure a bed, the packed one or what a solver has made of it."""
     from packgen.check import check_bed, wall_clearance
     from packgen.measure.order import WALL_REACH
     from packgen.report import measure_bed
 
-    bed = packed.bed
     with watch.stage("check"):
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
@@ -168,19 +173,21 @@ def _write(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tupl
         return write_decks(bed, folder.path, plan.formats)
 
 
-def _validate(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool) -> Verdict | None:
-    """Let solvers confirm the decks; None where none is asked."""
-    if not plan.solvers:
+def _validate(
+    outcome: Outcome, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool
+) -> Verdict | None:
+    """Let solvers confirm the decks; None where none is asked, or the bed is not settled as it was to be."""
+    if not plan.solvers or outcome.interrupted:
         return None
-    from packgen.validation import Limits, validate_decks
+    from packgen.validation import validate_decks
 
-    limits = Limits(**plan.scene.validation.model_dump())
     with watch.stage("validate"), unhurried():
         verdict = validate_decks(
-            bed, folder.path, plan.solvers, limits=limits, progress=partial(_solver_progress, quiet)
-        )
+            outcome.bed, folder.path, plan.solvers, limits=limits_of(plan.scene, outcome),
+            progress=partial(_solver_progress, quiet),
+        )  # fmt: skip
         if verdict.interrupted:
-            folder.keep_unvalidated()
+            folder.keep_beside(UNVALIDATED)
     return verdict
 
 
@@ -203,5 +210,6 @@ def conclude(report: Report, folder: ResultFolder, *, verdict: Verdict | None = 
         warn(line)
     for line in report.missed:
         say(f"packgen: missed: {line}", sys.stderr)
-    if folder.unvalidated:
-        say(f"packgen: interrupted before the bed was judged, it is in {folder.target}", sys.stderr)
+    if folder.beside:
+        what = "judged, it" if folder.beside == UNVALIDATED else "settled, what was reached"
+        say(f"packgen: interrupted before the bed was {what} is in {folder.target}", sys.stderr)

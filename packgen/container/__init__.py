@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from packgen.container.load import load_container, load_location, mesh_container
+from packgen.container.load import closed_mesh, load_container, load_location, mesh_container
 
-__all__ = ["load_container", "load_location", "mesh_container"]
+__all__ = ["closed_mesh", "load_container", "load_location", "mesh_container"]

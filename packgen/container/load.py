@@ -17,6 +17,7 @@ from packgen.container.primitives import ball_surface, box_surface, cone_surface
 from packgen.container.shells import Vessel, sorted_vessel
 from packgen.container.stitching import stitched
 from packgen.container.thick_walls import steel_remark
+from packgen.container.topology import boundary_edges
 from packgen.errors import GeometryError
 from packgen.geometry import (
     Ball,
@@ -111,6 +112,33 @@ def mesh_container(
     except ValueError as error:
         raise GeometryError(f"{place}: found {path}, expected a mesh file that can be read") from error
     return container_of(spec, np.array([0.0, 0.0, -1.0]), lambda _: place, warn)
+
+
+def closed_mesh(
+    path: Path, units: str = "m", place: str = "mesh", warn: Callable[[str], None] = lambda _: None
+) -> Container:
+    """Return a closed mesh as a container, as `mesh_container` does; one that is open anywhere is refused.
+
+    Args:
+        path: The file.
+        units: Unit of its coordinates, a key of `packgen.units.LENGTHS`.
+        place: Where the file is named, for messages.
+        warn: Called with a sentence for each fault of the mesh that was mended.
+
+    Raises:
+        GeometryError: The mesh cannot be read, is open, or bounds no volume.
+    """
+    from packgen.units import LENGTHS
+
+    surface = stitched(read_surface(path, LENGTHS[units], place)[0])
+    edges = boundary_edges(surface)
+    if len(edges):
+        x, y, z = surface.vertices[edges].reshape(-1, 3).mean(axis=0)
+        raise GeometryError(
+            f"{place}: {path.name} is open at {len(edges)} edges, around x={x:.4g} y={y:.4g} z={z:.4g} m, "
+            "expected a closed surface, which tells inside from outside; close it"
+        )
+    return mesh_container(path, units, place, warn)
 
 
 def load_location(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from packgen.bed import UNKNOWN
+from packgen.settlement import LABELS, BedFigures, Settling
 from packgen.validation.results import GravityRun, Limits, SolverReport, StepZero
 
 
@@ -43,15 +44,15 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
     walls = report["settings"].get("walls") != UNKNOWN
     complete = all(zone["asked"] is None or zone["placed"] >= zone["asked"] for zone in report["zones"])
     overlap, solid = report["overlap"], report["solid_fraction"]
-    limit = overlap["tolerance"]
+    limit, kind = overlap["tolerance"], "DEM bed, " if report.get("settling") else ""
     figures = [
         Figure(
             "Spheres", f"{report['sphere_count']:,}",
             f"{sum(asked):,}" if known else "until full" if asked else "",
             _verdict(complete) if asked else "", "sphere_count", report["sphere_count"],
         ),
-        _bounded("Largest overlap of two spheres", overlap, "overlap_max", limit),
-        *(_of_walls(overlap, limit) if walls else [Figure("Walls", UNKNOWN, verdict="not judged")]),
+        _bounded("Largest overlap of two spheres", overlap, "overlap_max", limit, kind),
+        *(_of_walls(overlap, limit, kind) if walls else [Figure("Walls", UNKNOWN, verdict="not judged")]),
         Figure("Mass", mass_text(_total([each["mass"] for each in report["sets"]]))),
         Figure(
             "Solid fraction, filled volume", f"{solid['filled']:.4f}",
@@ -156,17 +157,17 @@ def _percent(label: str, share: float, key: str) -> Figure:
     return Figure(label, f"{100.0 * share:.2g} %", key=key, exact=share)
 
 
-def _bounded(label: str, overlap: Mapping[str, Any], name: str, limit: float | None) -> Figure:
+def _bounded(label: str, overlap: Mapping[str, Any], name: str, limit: float | None, kind: str) -> Figure:
     value = overlap[name]
-    asked = "no limit" if limit is None else f"at most {limit:.3g} r"
+    asked = kind + ("no limit" if limit is None else f"at most {limit:.3g} r")
     verdict = "" if limit is None else _verdict(value <= limit)
     return Figure(label, f"{value:.3g} r", asked, verdict, f"overlap.{name}", value)
 
 
-def _of_walls(overlap: Mapping[str, Any], limit: float | None) -> list[Figure]:
+def _of_walls(overlap: Mapping[str, Any], limit: float | None, kind: str) -> list[Figure]:
     """Return the figures that only a bed in known walls has."""
     return [
-        _bounded("Largest overlap with a wall", overlap, "wall_overlap_max", limit),
+        _bounded("Largest overlap with a wall", overlap, "wall_overlap_max", limit, kind),
         Figure(
             "Spheres outside the container", f"{overlap['outside_count']:,}", "0",
             _verdict(overlap["outside_count"] == 0), "overlap.outside_count", overlap["outside_count"],
@@ -208,7 +209,7 @@ def solver_reports(validation: Mapping[str, Any]) -> list[SolverReport]:
 
 def _filled(kind: Callable[..., Any], content: Mapping[str, Any]) -> Any:
     """Return a dataclass from its JSON; numbers that JSON cannot hold become NaN again."""
-    optional = {"worst_pair", "worst_wall_sphere", "worst_outside"}
+    optional = {"worst_pair", "worst_wall_sphere", "worst_outside", "force_limit"}
     names = {each.name for each in fields(kind)}  # type: ignore[arg-type]
     return kind(
         **{
@@ -217,6 +218,24 @@ def _filled(kind: Callable[..., Any], content: Mapping[str, Any]) -> Any:
             if key in names
         }
     )
+
+
+def settling_of(report: Mapping[str, Any]) -> Settling | None:
+    """Return how a solver settled the bed of a ``report.json``; None where none did, or it is older."""
+    found = report.get("settling")
+    if not found:
+        return None
+    sides = {side: BedFigures(**found[side]) for side in ("before", "after")}
+    return Settling(**{**found, **sides})
+
+
+def settling_rows(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Return the bed as packed and as settled, rows of a label and two values; none where it was not."""
+    settling = settling_of(report)
+    if settling is None:
+        return []
+    sides = zip(LABELS, settling.before.cells(), settling.after.cells(), strict=True)
+    return [(f"{label[0].upper()}{label[1:]}", before, after) for label, before, after in sides]
 
 
 def side_by_side(reports: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:

@@ -12,7 +12,14 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from packgen.page.figures import key_figures, mass_text, side_by_side, solver_reports
+from packgen.page.figures import (
+    key_figures,
+    mass_text,
+    settling_of,
+    settling_rows,
+    side_by_side,
+    solver_reports,
+)
 from packgen.page.plots import Plot, plots
 from packgen.version import __version__
 
@@ -46,6 +53,8 @@ def report_html(
         report={"warnings": [], **report},  # older versions had none
         figures=key_figures(report),
         solvers=solver_reports(validation),
+        settling=settling_of(report),
+        settling_rows=settling_rows(report),
         plots=[_safe(each) for each in plots(report, validation)],
         view=view,
         colours=colours,
@@ -86,6 +95,7 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]
     if "read_from" in settings:
         rows.append(("Read from", f"{settings['read_from']}, {settings.get('format', '')}"))
+    rows += _reshaped(settings)
     params = inner.get("params", {})
     if params.get("optimizer") and "algorithm" in settings:
         tiled = ", in tiles" if params.get("tile") else ""
@@ -106,6 +116,19 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     if report["peak_memory"] is not None:
         rows.append(("Peak memory", f"{report['peak_memory'] / 1e6:,.0f} MB"))
     rows.append(("Files", ", ".join(report["files"])))
+    return rows
+
+
+def _reshaped(settings: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return rows that say of which bed this one is a part, or copies."""
+    rows = []
+    part, copies = settings.get("carved"), settings.get("repeated")
+    if part is not None:
+        cut = ", cut spheres too" if part["touching"] else ""
+        rows.append(("Part", f"{part['side']} {part['mesh']}{cut}, of {part['spheres_before']:,} spheres"))
+    if copies is not None:
+        counts = " x ".join(map(str, copies["counts"]))
+        rows.append(("Copies", f"{counts} of {copies['spheres_before']:,} spheres"))
     return rows
 
 

@@ -121,7 +121,7 @@ def complete_bed(
     nothing = np.zeros(spheres.count, np.int32)
     zones, batches = spheres.zone_index, spheres.batch_index
     return Bed(
-        _wrapped(spheres.position, vessel), spheres.radius, set_index,
+        wrapped(spheres.position, vessel), spheres.radius, set_index,
         nothing if zones is None else zones, nothing if batches is None else batches,
         with_densities(sets, density), known.materials, known.wall_material, vessel,
         np.array(GRAVITY) if known.gravity is None else known.gravity,
@@ -171,7 +171,7 @@ def _own_container(spheres: SphereFile) -> Container:
     )
 
 
-def _wrapped(position: Float64Array, container: Container) -> Float64Array:
+def wrapped(position: Float64Array, container: Container) -> Float64Array:
     """Return positions inside the period of a container that wraps around; dumps may leave it."""
     low, high = container.bounds
     wrapped = position

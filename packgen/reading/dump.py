@@ -29,12 +29,18 @@ POSITIONS = ("{}", "{}u", "{}s", "{}su")
 
 
 @dataclass(frozen=True, slots=True)
-class _Head:
+class Head:
     """What stands before the rows of a step: its items by name, the columns, and where the rows begin."""
 
     items: dict[str, list[str]]
     columns: list[str]
     start: int
+
+    @property
+    def count(self) -> str:
+        """How many rows it announces, as it stands there."""
+        name = next((each for each in ("NUMBER OF ATOMS", "NUMBER OF ENTRIES") if each in self.items), "")
+        return (self.items.get(name) or [""])[0]
 
 
 def read_dump(text: Text, step: int | None, units: str | None = None) -> SphereFile:
@@ -58,7 +64,7 @@ def read_dump(text: Text, step: int | None, units: str | None = None) -> SphereF
     steps = [_timestep(text, start) for start in starts]
     place = place_of_step(text.path, steps, step)
     stop = starts[place + 1] if place + 1 < len(starts) else len(text.data)
-    head = _head(text, starts[place], stop)
+    head = head_of(text, starts[place], stop)
     columns = _columns(text, head)
     count = _count(text, head, starts[place])
     if not text.data.endswith(b"\n") and stop == len(text.data):
@@ -97,8 +103,18 @@ def _timestep(text: Text, start: int) -> int | None:
         return None
 
 
-def _head(text: Text, start: int, stop: int) -> _Head:
-    """Return the items of a step, up to the one whose rows are its spheres."""
+def head_of(text: Text, start: int, stop: int, *, pairs: bool = False) -> Head:
+    """Return the items of a step, up to the one whose rows are its spheres.
+
+    Args:
+        text: The file.
+        start: Byte at which the step begins.
+        stop: Byte before which it ends.
+        pairs: Whether the rows may be pairs or walls (``dump local``) instead.
+
+    Raises:
+        ReadError: There is no such item.
+    """
     items: dict[str, list[str]] = {}
     name, place = "", start
     while place < stop:
@@ -106,15 +122,15 @@ def _head(text: Text, start: int, stop: int) -> _Head:
         end = stop if end < 0 else end
         line = decoded(text.data[place:end]).strip()
         place = end + 1
-        if line.startswith("ITEM: ENTRIES"):
+        if line.startswith("ITEM: ENTRIES") and not pairs:
             raise fault(
                 text.path,
                 "a dump of pairs or walls",
                 "one of spheres, ITEM: ATOMS",
                 place=text.line_at(end - 1),
             )
-        if line.startswith("ITEM: ATOMS"):
-            return _Head(items, line.split()[2:], place)
+        if line.startswith(("ITEM: ATOMS", "ITEM: ENTRIES")):
+            return Head(items, line.split()[2:], place)
         if line.startswith("ITEM:"):
             name = line.removeprefix("ITEM:").strip()
             items[name] = []
@@ -129,7 +145,7 @@ def _head(text: Text, start: int, stop: int) -> _Head:
     )
 
 
-def _columns(text: Text, head: _Head) -> list[Column]:
+def _columns(text: Text, head: Head) -> list[Column]:
     """Return the columns to read: positions in one of their forms, a size, and what else is known."""
     names, line = head.columns, text.line_at(head.start) - 1
     there = ", ".join(names) or "nothing"
@@ -147,8 +163,8 @@ def _columns(text: Text, head: _Head) -> list[Column]:
     return [Column(name, names.index(name), rule) for name, rule in wanted.items() if name in names]
 
 
-def _count(text: Text, head: _Head, start: int) -> int:
-    value = (head.items.get("NUMBER OF ATOMS") or [""])[0]
+def _count(text: Text, head: Head, start: int) -> int:
+    value = head.count
     if not value.isdigit() or int(value) == 0:
         raise fault(
             text.path,
@@ -159,7 +175,7 @@ def _count(text: Text, head: _Head, start: int) -> int:
     return int(value)
 
 
-def _box(text: Text, head: _Head, start: int) -> tuple[Float64Array, Float64Array, tuple[bool, bool, bool]]:
+def _box(text: Text, head: Head, start: int) -> tuple[Float64Array, Float64Array, tuple[bool, bool, bool]]:
     """Return lower and upper corner of the box [m], each (3,), and along which axes it wraps around."""
     name = next((each for each in head.items if each.startswith("BOX BOUNDS")), "")
     line = text.line_at(start)

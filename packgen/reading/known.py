@@ -85,7 +85,7 @@ def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any
         wall_material=settings["wall_material"],
         container=_primitive(settings["container"], direction),
         gravity=direction * float(settings["gravity"]) + 0.0,
-        tolerance=settings["params"].get("tolerance", 1.0e-6),
+        tolerance=provenance.get("settled", {}).get("tolerance", settings["params"].get("tolerance", 1.0e-6)),
         provenance=provenance,
     )
 

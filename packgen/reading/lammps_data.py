@@ -1,8 +1,9 @@
 """Data files of LIGGGHTS and LAMMPS (``read_data``, ``write_data``) whose atoms have a size.
 
 Reference: LAMMPS manual, page "read_data": atom style sphere has rows ``id type diameter density x y z``, a
-hybrid of sphere (or granular) and molecular ``id type x y z diameter density molecule``; both may end with
-three image flags. The file's box is the solver's, wider than the bed, and says nothing of walls.
+hybrid of sphere (or granular) and molecular ``id type x y z diameter density molecule``, bpm/sphere ``id
+molecule type diameter density x y z``, whose molecules are no rigid bodies; all may end with three image
+flags. The file's box is the solver's, wider than the bed, and says nothing of walls.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ COUNT = re.compile(rb"^[ \t]*(\d+)[ \t]+atoms\b", re.MULTILINE)
 HEAD = 20_000  # bytes in which the head of a data file ends
 SPHERE = ("id", "type", "diameter", "density", "x", "y", "z")
 HYBRID = ("id", "type", "x", "y", "z", "diameter", "density", "molecule")
+BONDED = ("id", "grain", "type", "diameter", "density", "x", "y", "z")
+BONDED_STYLE = "bpm/sphere"
 IMAGE_FLAGS = 3
 RULES = {"id": WHOLE, "type": WHOLE, "molecule": WHOLE, "diameter": SIZE, "density": SIZE}
 
@@ -59,10 +62,10 @@ def read_data(text: Text) -> SphereFile:
 def _style(text: Text, rows: Rows, line: int, hint: str) -> tuple[str, ...]:
     """Return the columns of the rows, by the style that the file names, else by how many there are."""
     width = len(rows.first())
-    for names in (SPHERE, HYBRID):
+    named = hint.lstrip("# ").split()
+    for names in (SPHERE, HYBRID, BONDED):
         fits = width in {len(names), len(names) + IMAGE_FLAGS}
-        named = hint.lstrip("# ").split()
-        if fits and (not named or (named[0] == "hybrid") == (names is HYBRID)) and _sized(named):
+        if fits and _is_named(names, named):
             return names
     if width == 0:
         raise fault(text.path, "no rows", "a row a sphere", place=line, remedy="is the file complete?")
@@ -75,5 +78,7 @@ def _style(text: Text, rows: Rows, line: int, hint: str) -> tuple[str, ...]:
     )
 
 
-def _sized(named: list[str]) -> bool:
-    return not named or named[0] in {"sphere", "granular", "hybrid"}
+def _is_named(names: tuple[str, ...], named: list[str]) -> bool:
+    """Return whether columns are those of the style that a file names, if it names one."""
+    styles = {SPHERE: ("sphere", "granular"), HYBRID: ("hybrid",), BONDED: (BONDED_STYLE,)}[names]
+    return named[0] in styles if named else names is not BONDED

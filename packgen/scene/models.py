@@ -323,8 +323,10 @@ class ValidationSpec(Keys):
         displacement_limit: Mean displacement in the gravity run, in radii.
         sinking_limit: Sinking of the centre of mass, as a fraction of its height.
         lost_limit: Spheres that may be lost.
-        free_fall_times: Length of the gravity run, in times sqrt(2 r / g) of free fall over a mean radius.
-        work_budget: Sphere-steps that the gravity run may cost.
+        free_fall_times: Length of the gravity run, in times sqrt(2 r / g) of free fall over a mean radius; it
+            ends before where nothing moves any more.
+        work_budget: Sphere-steps that the gravity run may cost; a bed of few spheres counts for more, as a
+            step has costs of its own.
     """
 
     force_limit: Positive = 1.0

@@ -24,13 +24,16 @@ from packgen.validation.dump import read_dump
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
 from packgen.validation.process import describe_output, find_solver, run_solver
 from packgen.validation.results import Limits, SolverReport, StepZero
+from packgen.validation.still import Look, look_of, looks_of, loop_input, was_still
 
-SAMPLES = 200  # of the kinetic energy
+SAMPLES = 200  # looks at the run
+SPHERES_LEAST = 1500  # a smaller bed counts for as many: what a step costs beside its spheres
 START_SECONDS = 600.0  # time for the largest bed to load and do its first step
 SPHERE_STEPS_A_SECOND = 2.0e4  # far below any machine's; slower than that is a hang
 STEP_ZERO_INPUT = "in.packgen_step_zero"
 GRAVITY_INPUT = "in.packgen_gravity"
 
+INCLUDE = "include in.bed\n"
 STEP_ZERO = """\
 include in.bed
 {contacts}
@@ -40,15 +43,10 @@ variable packgen_timestep equal dt
 print "packgen timestep ${{packgen_timestep}}"
 run 0
 """
-GRAVITY = """\
-include in.bed
-compute packgen_rotation all erotate/sphere
-thermo_style custom step atoms ke c_packgen_rotation
-thermo_modify lost ignore norm no format float %.12g
-thermo {every}
-dump packgen_end all custom {dump_every} packgen_end_*.dump id xu yu zu
+END = """\
+dump packgen_end all custom 1 packgen_end.dump id xu yu zu
 dump_modify packgen_end format {line}"%d %.17g %.17g %.17g"
-run {steps}
+run 0 post no
 """
 
 FirstForces = tuple[Contacts, Contacts, float]
@@ -93,10 +91,10 @@ def measure(
     """
     notify = on_progress or (lambda _stage, _share: None)
     notify("step 0", 0.0)
-    text = _deck_text(dialect.name, folder)
+    text = deck_text(dialect.name, folder)
     unit = length_unit(text)
     output, start, zero = _run_step_zero(dialect, bed, folder, limits, text)
-    timestep = unit * _printed_number(dialect.name, output, "packgen timestep")
+    timestep = unit * printed_number(dialect.name, output, "packgen timestep")
     try:
         run = _run_gravity(
             dialect, bed, folder, limits, timestep, unit, lambda share: notify("gravity run", share)
@@ -120,7 +118,7 @@ def _run_step_zero(
     """Return output, positions by id [m] (N, 3), and the verdict's numbers on the forces."""
     unit = length_unit(deck)
     text = STEP_ZERO.format(contacts=dialect.contact_input(deck), line=dialect.format_word)
-    output = _run(dialect.name, folder, STEP_ZERO_INPUT, text, limits, START_SECONDS, None)
+    output = run_script(dialect.name, folder, STEP_ZERO_INPUT, text, limits.silence_max, START_SECONDS, None)
     try:
         spheres = read_dump(folder / "packgen_spheres.dump", 8)
         spheres = spheres[np.argsort(spheres[:, 0], kind="stable")]
@@ -146,54 +144,62 @@ def _run_gravity(
     on_share: Callable[[float], None],
 ) -> Trajectory:
     allowed = replace(limits, work_budget=dialect.budget_share(bed) * limits.work_budget)
-    wanted, steps = steps_wanted(bed, allowed, timestep)
-    samples: list[tuple[float, float]] = []
+    wanted, steps = steps_wanted(bed, allowed, timestep, least=SPHERES_LEAST)
+    looks = looks_of(bed, timestep=timestep, steps=steps, every=steps // SAMPLES, share=limits.still_speed)
+    samples: list[Look] = []
 
     def on_line(line: str) -> None:
-        numbers = _numbers(line)
-        if numbers is not None:
-            samples.append((numbers[0], numbers[2] + numbers[3]))
-            on_share(numbers[0] / max(1, steps))
+        look = look_of(line)
+        if look is not None:
+            samples.append(look)
+            on_share(look.step / max(1, steps))
 
-    text = GRAVITY.format(
-        steps=steps,
-        every=max(1, steps // SAMPLES),
-        dump_every=max(1, steps),
-        line=dialect.format_word,
-    )
+    text = INCLUDE + loop_input(looks) + END.format(line=dialect.format_word)
     seconds = START_SECONDS + steps * bed.count / SPHERE_STEPS_A_SECOND
-    output = _run(dialect.name, folder, GRAVITY_INPUT, text, limits, seconds, on_line)
-    if not samples or samples[-1][0] != steps:
+    output = run_script(dialect.name, folder, GRAVITY_INPUT, text, limits.silence_max, seconds, on_line)
+    still = was_still(output, looks)
+    if not samples or (samples[-1].step != steps and not still):
         raise SolverError(f"{dialect.name}: ended before step {steps}; it said:\n{describe_output(output)}")
-    rows = read_dump(folder / f"packgen_end_{steps}.dump", 4)
+    rows = read_dump(folder / "packgen_end.dump", 4)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     return Trajectory(
         timestep=timestep,
-        steps=steps,
+        steps=samples[-1].step,
         steps_wanted=wanted,
         index=rows[:, 0].astype(np.int64) - 1,
         position=unit * rows[:, 1:4],
-        energy=unit**3 * np.array([energy for _, energy in samples]),
+        energy=unit**3 * np.array([each.energy for each in samples]),
+        still=still,
     )
 
 
-def _run(
+def run_script(
     solver: str,
     folder: Path,
     name: str,
     text: str,
-    limits: Limits,
-    seconds: float,
+    silence_max: float,
+    seconds_max: float,
     on_line: Callable[[str], None] | None,
 ) -> tuple[str, ...]:
+    """Let a solver run an input of this name in a folder, and return the last lines of what it printed.
+
+    Raises:
+        SolverError: See `run_solver`.
+    """
     (folder / name).write_text(text, encoding="ascii")
     command = [str(find_solver(solver)), "-in", name, "-log", "none", "-var", "setup_only", "1"]
     return run_solver(
-        solver, command, folder, silence_max=limits.silence_max, seconds_max=seconds, on_line=on_line
+        solver, command, folder, silence_max=silence_max, seconds_max=seconds_max, on_line=on_line
     )
 
 
-def _deck_text(solver: str, folder: Path) -> str:
+def deck_text(solver: str, folder: Path) -> str:
+    """Return the text of a deck.
+
+    Raises:
+        SolverError: It cannot be read.
+    """
     try:
         return (folder / "in.bed").read_text(encoding="utf-8", errors="replace")
     except OSError as error:
@@ -209,19 +215,12 @@ def length_unit(deck: str) -> float:
     return float(found[1]) if found else 1.0
 
 
-def _numbers(line: str) -> tuple[float, float, float, float] | None:
-    """Return the four numbers of a line of the run's table; None for any other line."""
-    words = line.split()
-    if len(words) != 4 or not words[0].isdigit():
-        return None
-    try:
-        step, atoms, energy, rotation = (float(word) for word in words)
-    except ValueError:
-        return None
-    return step, atoms, energy, rotation
+def printed_number(solver: str, output: tuple[str, ...], label: str) -> float:
+    """Return the number above 0 that a solver printed behind a label.
 
-
-def _printed_number(solver: str, output: tuple[str, ...], label: str) -> float:
+    Raises:
+        SolverError: It did not.
+    """
     for line in output:
         if line.startswith(label):
             try:

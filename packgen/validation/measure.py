@@ -15,6 +15,7 @@ from packgen.measure.forces import predicted_forces
 from packgen.validation.contacts import Contacts, pair_error
 from packgen.validation.elastic import elastic_sinking, up_direction
 from packgen.validation.results import GravityRun, Limits, StepZero
+from packgen.validation.still import free_fall_time
 
 POSITION_ERROR_MAX = 1.0e-9  # radii; the digits of the dumps
 
@@ -56,7 +57,7 @@ def step_zero(bed: Bed, pairs: Contacts, walls: Contacts, wall_error: float) -> 
     smaller = np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
     worst_pair, worst_wall = _worst(pairs.force), _worst(walls.force)
     prediction = predicted_forces(bed)
-    outside = _outside(bed, bed.position, np.arange(bed.count))
+    beyond = outside(bed, bed.position, np.arange(bed.count))
     return StepZero(
         pair_count=len(pairs.force),
         wall_count=len(walls.force),
@@ -70,8 +71,8 @@ def step_zero(bed: Bed, pairs: Contacts, walls: Contacts, wall_error: float) -> 
         worst_wall_sphere=None if worst_wall is None else int(walls.first[worst_wall]),
         law_error=float(np.maximum(pair_error(bed, pairs), wall_error)),  # passes nan on
         predicted_force_max=prediction.force_max,
-        outside_count=len(outside),
-        worst_outside=int(outside[0]) if len(outside) else None,
+        outside_count=len(beyond),
+        worst_outside=int(beyond[0]) if len(beyond) else None,
     )
 
 
@@ -86,6 +87,7 @@ class Trajectory:
         index: Spheres that are left, as indices in the bed, ascending, shape (M,).
         position: Where they are, not wrapped around [m], shape (M, 3).
         energy: Samples of the kinetic energy [J], rotation included, shape (K,).
+        still: Whether the run ended since nothing moved any more.
     """
 
     timestep: float
@@ -94,14 +96,15 @@ class Trajectory:
     index: Int64Array
     position: Float64Array
     energy: Float64Array
+    still: bool = False
 
 
 def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
     """Return the verdict's numbers on a gravity run that began at positions ``start`` [m], shape (N, 3)."""
-    strength, radius = law.gravity_strength(bed), float(bed.radius.mean())
+    radius = float(bed.radius.mean())
     unit = law.mean_weight(bed) * bed.count * radius
     gone = np.setdiff1d(np.arange(bed.count), run.index)
-    escaped = _outside(bed, run.position, run.index)
+    escaped = outside(bed, run.position, run.index)
     lost = np.union1d(gone, escaped)
     kept = ~np.isin(run.index, lost)
     index, position = run.index[kept], run.position[kept]
@@ -116,7 +119,7 @@ def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
         timestep_rayleigh=run.timestep / law.rayleigh_time(bed),
         steps=run.steps,
         steps_wanted=run.steps_wanted,
-        free_fall_times=run.steps * run.timestep / np.sqrt(2 * radius / strength),
+        free_fall_times=run.steps * run.timestep / free_fall_time(bed),
         lost=tuple(int(each) for each in lost),
         energy_peak=float(run.energy.max()) / unit,
         energy_end=float(run.energy[-1]) / unit,
@@ -127,14 +130,21 @@ def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
         sinking=(before[0] - after[0]) / before[0],
         sinking_elastic=float(np.average(elastic, weights=mass)) / before[0] if len(mass) else float("nan"),
         height_change=(after[1] - before[1]) / before[1],
+        still=run.still,
     )
 
 
-def steps_wanted(bed: Bed, limits: Limits, timestep: float) -> tuple[int, int]:
-    """Return how many steps the limits ask for, and how many of them the work budget allows."""
-    free_fall = np.sqrt(2 * float(bed.radius.mean()) / law.gravity_strength(bed))
-    wanted = max(1, int(np.ceil(limits.free_fall_times * free_fall / timestep)))
-    return wanted, min(wanted, int(limits.work_budget / bed.count))
+def steps_wanted(bed: Bed, limits: Limits, timestep: float, *, least: int = 1) -> tuple[int, int]:
+    """Return how many steps the limits ask for, and how many of them the work budget allows.
+
+    Args:
+        bed: The bed.
+        limits: What is asked for.
+        timestep: Time step [s].
+        least: Spheres that a smaller bed counts for: a step has costs beside those of its spheres.
+    """
+    wanted = max(1, int(np.ceil(limits.free_fall_times * free_fall_time(bed) / timestep)))
+    return wanted, min(wanted, int(limits.work_budget / max(bed.count, least)))
 
 
 def _heights(bed: Bed, position: Float64Array, index: Int64Array) -> tuple[float, float]:
@@ -148,7 +158,7 @@ def _heights(bed: Bed, position: Float64Array, index: Int64Array) -> tuple[float
     return float(np.average(height, weights=mass)), float((height + bed.radius[index]).max())
 
 
-def _outside(bed: Bed, position: Float64Array, index: Int64Array) -> Int64Array:
+def outside(bed: Bed, position: Float64Array, index: Int64Array) -> Int64Array:
     """Return which of some spheres have their centre outside the container, farthest first."""
     if all(bed.container.periodic) or len(index) == 0:
         return np.zeros(0, dtype=np.int64)

@@ -29,20 +29,25 @@ LINE_BYTES_MAX = 65536
 ERROR_LINES = 5
 
 
-def find_solver(name: str) -> Path:
+def find_solver(name: str, option: str = "--validate") -> Path:
     """Return the path of a solver's executable.
+
+    Args:
+        name: The solver.
+        option: The option that asks for it, for messages.
 
     Raises:
         SolverError: It is not installed, or validation does not know it (exit code 2).
     """
     if name not in SOLVERS:
-        raise SolverError(f"--solver: found {name!r}, expected one of {', '.join(SOLVERS)}", exit_code=2)
+        named = "--solver" if option == "--validate" else option
+        raise SolverError(f"{named}: found {name!r}, expected one of {', '.join(SOLVERS)}", exit_code=2)
     executable, package = SOLVERS[name]
     found = shutil.which(executable)
     if found is None:
         raise SolverError(
             f"{name}: the program {executable!r} is not on the PATH; install it with"
-            f" `apt-get install {package}`, or leave --validate out",
+            f" `apt-get install {package}`, or leave {option} out",
             exit_code=2,
         )
     return Path(found)

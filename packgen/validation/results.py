@@ -15,24 +15,29 @@ class Limits:
     """What a bed has to keep to, and how much work the proof may take.
 
     Attributes:
-        force_limit: Largest step-0 contact force, in mean sphere weights.
+        force_limit: Largest step-0 contact force, in mean sphere weights; None: any, of a bed that a solver
+            has settled, whose contacts carry it.
         displacement_limit: Mean displacement in the gravity run that is not elastic, in mean radii.
         sinking_limit: Sinking of the centre of mass that is not elastic, as a fraction of its height above
             the bed's lowest point.
         lost_limit: Number of spheres that may leave the container.
         law_limit: Relative difference of step-0 forces from Hertz' law.
         free_fall_times: Length of the gravity run, in times sqrt(2 r / g) with the mean radius.
-        work_budget: Most sphere-steps of the gravity run; a large bed stops there, and the report says so.
+        work_budget: Most sphere-steps of the gravity run; a large bed stops there, and the report says so. A
+            small one counts for as many spheres as make a step's own cost.
+        still_speed: Mean speed, as a share of sqrt(g r), below which for one free-fall time a bed is still:
+            the gravity run ends then, as nothing moves any more; 0: it goes on.
         silence_max: Silence after which the solver counts as hung [s].
     """
 
-    force_limit: float = 1.0
+    force_limit: float | None = 1.0
     displacement_limit: float = 0.2
     sinking_limit: float = 0.015
     lost_limit: int = 0
     law_limit: float = 1.0e-6
     free_fall_times: float = 20.0
     work_budget: float = 2.0e9
+    still_speed: float = 1.0e-3
     silence_max: float = 600.0
 
 
@@ -101,13 +106,15 @@ class GravityRun:
     of the sinking is integrated from the overlaps at the end of the run (``packgen.validation.elastic``),
     less that of the overlaps at its start. The limits of displacement and sinking hold for what is left.
 
-    They are judged where at least `JUDGED_SHARE` of the run was done: less says nothing of where a bed ends.
+    They are judged where at least `JUDGED_SHARE` of the run was done, or the bed was still: less says nothing
+    of where a bed ends.
 
     Attributes:
         timestep: The deck's own time step [s].
         timestep_rayleigh: The same, as a fraction of the smallest Rayleigh time.
         steps: Steps that were run.
-        steps_wanted: Steps that the limits ask for; more than ``steps`` where the work budget ended the run.
+        steps_wanted: Steps that the limits ask for; more than ``steps`` where the work budget ended the run,
+            or the bed was still.
         free_fall_times: Length of the run, in times sqrt(2 r / g).
         lost: Indices of spheres that left the container or the solver's box.
         energy_peak: Largest kinetic energy of the samples, in N m g r (mean weight times mean radius a
@@ -120,6 +127,7 @@ class GravityRun:
         sinking: Sinking of the centre of mass, as a fraction of its height above the bed's lowest point.
         sinking_elastic: The part of it that the compression of the contacts makes.
         height_change: Change of the bed's height (highest to lowest point of a sphere), as a fraction of it.
+        still: Whether the run ended since nothing moved any more.
     """
 
     timestep: float
@@ -137,6 +145,7 @@ class GravityRun:
     sinking: float
     sinking_elastic: float
     height_change: float
+    still: bool = False
 
     @property
     def sinking_rest(self) -> float:
@@ -146,7 +155,8 @@ class GravityRun:
     @property
     def judged(self) -> bool:
         """Whether enough of the run was done to judge where the bed goes; no run at all is a fault."""
-        return self.steps == 0 or self.steps >= JUDGED_SHARE * self.steps_wanted
+        enough = self.still or self.steps >= JUDGED_SHARE * self.steps_wanted
+        return self.steps == 0 or enough
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,7 +284,8 @@ class SolverReport:
         if run.steps >= run.steps_wanted:
             return f"{run.steps}"
         share = 100 * run.steps / run.steps_wanted
-        return f"{run.steps} ({share:.0f} %), work budget reached"
+        why = "nothing moves any more" if run.still else "work budget reached"
+        return f"{run.steps} ({share:.0f} %), {why}"
 
     def _blame_lost(self) -> str:
         named = ", ".join(str(index) for index in self.gravity_run.lost[:10])

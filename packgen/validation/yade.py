@@ -16,14 +16,15 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.errors import SolverError
-from packgen.measure import hertz as law
 from packgen.validation.contacts import Contacts, listed_error
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
 from packgen.validation.process import describe_output, find_solver, run_solver
 from packgen.validation.results import Limits, SolverReport
+from packgen.validation.still import CALM_TIMES, LOOKS, free_fall_time, speed_unit
 
 NAME = "yade"
 BUDGET_SHARE = 0.02
+SPHERES_LEAST = 250  # a smaller bed counts for as many: what a step costs beside its spheres
 SAMPLES = 50  # of the kinetic energy
 START_SECONDS = 600.0
 SPHERE_STEPS_A_SECOND = 2.0e3  # far below any machine's; slower than that is a hang
@@ -54,17 +55,21 @@ radius = [each.shape.radius for each in spheres]
 print("packgen timestep", repr(O.dt), flush=True)
 steps = min(int({seconds!r} / O.dt) + 1, {steps_max})
 newton.dead = False
-energy, done = [kineticEnergy()], 0
-while done < steps:
-    part = min(max(1, steps // {samples}), steps - done)
+energy, done, calm = [kineticEnergy()], 0, 0
+every = max(1, min(steps // {samples}, int({calm_time!r} / {looks} / O.dt)))
+while done < steps and calm * every * O.dt < {calm_time!r}:
+    part = min(every, steps - done)
     O.run(part, True)
     done += part
     energy.append(kineticEnergy())
+    speed = sum(each.state.vel.norm() for each in spheres) / count
+    calm = calm + 1 if speed < {speed!r} else 0
     print("packgen step", done, "of", steps, flush=True)
 end = [tuple(each.state.pos) for each in spheres]
 np.savez("{results}", ids=np.array(ids, dtype=int).reshape(-1, 2),
          values=np.array(values, dtype=float).reshape(-1, 3), start=start, radius=radius,
-         end=end, energy=energy, timestep=O.dt, steps=done)
+         end=end, energy=energy, timestep=O.dt, steps=done,
+         still=calm * every * O.dt >= {calm_time!r})
 """
 
 
@@ -85,13 +90,15 @@ def measure(
             notify("gravity run", int(found[1]) / max(1, int(found[2])))
 
     allowed = replace(limits, work_budget=BUDGET_SHARE * limits.work_budget)
-    free_fall = np.sqrt(2 * float(bed.radius.mean()) / law.gravity_strength(bed))
-    steps_max = int(allowed.work_budget / bed.count)
+    steps_max = int(allowed.work_budget / max(bed.count, SPHERES_LEAST))
     text = JUDGE.format(
         count=bed.count,
-        seconds=float(limits.free_fall_times * free_fall),
+        seconds=limits.free_fall_times * free_fall_time(bed),
         steps_max=steps_max,
+        speed=limits.still_speed * speed_unit(bed),
+        calm_time=CALM_TIMES * free_fall_time(bed),
         samples=SAMPLES,
+        looks=LOOKS,
         results=RESULTS,
     )
     (folder / SCRIPT).write_text(text, encoding="ascii")
@@ -130,6 +137,7 @@ def _report(
         index=np.arange(bed.count),
         position=found["end"].reshape(-1, 3),
         energy=found["energy"],
+        still=bool(found["still"]),
     )
     version = re.search(r"Yade \S+", "\n".join(output))
     return SolverReport(

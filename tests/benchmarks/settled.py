@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import shutil
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -14,52 +12,40 @@ from exporters import liggghts
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
-from packgen.errors import SolverError
-from packgen.measure import hertz as law
+from packgen.settling import Settled
+from packgen.settling import settle as packgen_settle
 from packgen.validation import Limits, SolverReport, validate
-from packgen.validation.dump import read_dump
-from packgen.validation.process import run_solver
+from packgen.validation.still import free_fall_time
 
-SETTLE = """\
-include in.bed
-run {steps}
-dump end all custom 1 settled.dump id x y z
-dump_modify end format "%d %.17g %.17g %.17g"
-run 0
-"""
 HAIR = 1.0e-12  # of a radius: rounding must not leave an overlap
 
 
 def judge(bed: Bed, free_fall_times: float) -> SolverReport:
     """Return what LIGGGHTS measures of a bed in a gravity run."""
-    limits = Limits(free_fall_times=free_fall_times, work_budget=1.0e18, silence_max=3600.0)
+    limits = Limits(free_fall_times=free_fall_times, work_budget=1.0e18, still_speed=0.0, silence_max=3600.0)
     with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
         folder = Path(scratch)
         liggghts.write(bed, folder, liggghts.Options())
         return validate(bed, folder, solver="liggghts", limits=limits)
 
 
-def settle(bed: Bed, free_fall_times: float) -> Bed:
-    """Return a bed as LIGGGHTS leaves it after some times sqrt(2 r / g) under gravity.
+def settle(bed: Bed, free_fall_times: float | None = None) -> Bed:
+    """Return a bed as LIGGGHTS leaves it after some times sqrt(2 r / g); None: once it is still.
 
     Raises:
         SolverError: LIGGGHTS stopped, or lost spheres.
     """
-    timestep = liggghts.Options().timestep_fraction * law.rayleigh_time(bed)
-    free_fall = math.sqrt(2.0 * float(bed.radius.mean()) / law.gravity_strength(bed))
-    steps = math.ceil(free_fall_times * free_fall / timestep)
+    return settled(bed, free_fall_times).bed
+
+
+def settled(bed: Bed, free_fall_times: float | None = None) -> Settled:
+    """Return what `settle` does, with how it came about."""
+    time = None if free_fall_times is None else free_fall_times * free_fall_time(bed)
     with tempfile.TemporaryDirectory(prefix="packgen_") as scratch:
         folder = Path(scratch)
         liggghts.write(bed, folder, liggghts.Options())
-        (folder / "in.settle").write_text(SETTLE.format(steps=steps), encoding="ascii")
-        executable = shutil.which("liggghts") or "liggghts"
-        command = [executable, "-in", "in.settle", "-log", "none", "-var", "setup_only", "1"]
-        run_solver("liggghts", command, folder, silence_max=86400.0, seconds_max=86400.0)
-        rows = read_dump(folder / "settled.dump", 4)
-    if len(rows) != bed.count:
-        raise SolverError(f"liggghts: {len(rows)} spheres settled, expected {bed.count}")
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    return replace(bed, position=rows[:, 1:4], tolerance=None)
+        found = packgen_settle(bed, folder, solver="liggghts", time=time)
+    return replace(found, bed=replace(found.bed, tolerance=None), restart=None)
 
 
 def trimmed(bed: Bed) -> Bed:

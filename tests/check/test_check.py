@@ -40,6 +40,21 @@ def test_a_planted_overlap_is_measured_and_named():
     assert "0.04" in check.faults()[0]
 
 
+def test_one_fault_is_told_in_the_singular_and_more_in_the_plural():
+    box = box_container([0, 0, 0], [8, 2, 2])
+    two, four = ([[x, 1, 1] for x in places] for places in ((1, 2), (1, 2, 4, 5)))
+    assert check_bed(make_bed(two, 0.6, box)).faults()[0].startswith("1 pair overlaps by more than")
+    assert check_bed(make_bed(four, 0.6, box)).faults()[0].startswith("2 pairs overlap by more than")
+    outside = [[1, 1, 1], [9, 1, 1], [12, 1, 1]]
+    assert check_bed(make_bed(outside[:2], 0.5, box)).faults()[0] == "sphere 1 lies outside the container"
+    assert (
+        check_bed(make_bed(outside, 0.5, box)).faults()[0].startswith("2 spheres lie outside the container")
+    )
+    lost = [[np.nan, 1, 1], [np.inf, 1, 1]]
+    assert check_bed(make_bed(lost[:1], 0.5, box)).faults()[0].startswith("1 sphere has a position")
+    assert check_bed(make_bed(lost, 0.5, box)).faults()[0].startswith("2 spheres have a position")
+
+
 def test_overlap_counts_as_a_fraction_of_the_smaller_radius():
     container = box_container([-10, -10, -10], [10, 10, 10])
     check = check_bed(make_bed([[0, 0, 0], [0, 0, 1.09]], [1.0, 0.1], container))

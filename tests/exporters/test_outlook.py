@@ -19,7 +19,7 @@ from packgen.errors import ExportError
 from packgen.geometry import Cone, Mesh
 from tests.beds import box_container, box_surface, make_bed, make_container, revolved_surface
 
-DECKS = ("liggghts", "lammps", "yade", "cfdem")
+DECKS = ("liggghts", "lammps", "yade", "cfdem", "bpm")
 
 
 def outlook(container=None, **changes):
@@ -117,7 +117,7 @@ def test_cfdem_refuses_a_mesh_that_is_not_in_metres():
 
 
 def test_a_folder_of_templates_that_is_none_is_refused(tmp_path):
-    for name in DECKS:
+    for name in (*DECKS, "openmc"):
         assert "is not a folder" in refused(name, outlook(), templates=tmp_path / "none")
 
 
@@ -214,3 +214,18 @@ def test_a_plug_in_that_is_a_module_is_completed(monkeypatch):
     )
     other = exporters.get("other")
     other.check_outlook(outlook(), other.Options())
+
+
+@pytest.mark.parametrize(("name", "options"), [("bonds", {}), ("bpm", {}), ("esys", {"gap": 0.0})])
+def test_boxes_too_narrow_for_bonds_are_refused_before_the_run(name, options):
+    box = box_container((0, 0, 0), (0.2, 1, 1), (True, False, False))
+    least = "0.2" if name == "esys" else "0.201"
+    assert refused(name, outlook(box), **options) == (
+        f"a.yaml:1:1(container): {name}: the bed wraps around along x after 0.2 m, expected over {least} m, "
+        "two of the longest bonds; repeat the bed first, by packgen repeat"
+    )
+    exporters.get("esys").check_outlook(outlook(box), exporters.get("esys").Options())
+
+
+def test_voxels_that_are_too_many_are_refused_before_the_run():
+    assert "voxels.size to " in refused("voxels", outlook(), size=1e-4)

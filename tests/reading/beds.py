@@ -10,7 +10,7 @@ from tests.exporters.test_vtk import mixed_bed
 WRITTEN = {
     "npz": "bed.npz", "csv": "bed.csv", "liggghts": "bed.data", "lammps": "bed.data", "yade": "bed.txt",
     "vtk": "bed.vtp", "vtu": "bed.vtu", "extxyz": "bed.xyz", "mfix": "particle_input.dat",
-    "chrono": "bed.csv", "geotaichi": "bed_0.txt",
+    "chrono": "bed.csv", "geotaichi": "bed_0.txt", "bpm": "bed.data",
 }  # fmt: skip
 """What each format's file of spheres is called."""
 

@@ -21,7 +21,7 @@ def test_positions_radii_and_groups_come_back(tmp_path, name):
     assert np.array_equal(found.groups.number, expected)
 
 
-@pytest.mark.parametrize("name", ["csv", "liggghts", "lammps", "mfix", "extxyz"])
+@pytest.mark.parametrize("name", ["csv", "liggghts", "lammps", "bpm", "mfix", "extxyz"])
 def test_densities_come_back_where_the_format_has_them(tmp_path, name):
     bed = mixed_bed(50)
     assert np.array_equal(read_spheres(write(bed, name, tmp_path)).density, bed.density)
@@ -107,6 +107,10 @@ def test_a_data_file_is_read_with_image_flags_velocities_and_bodies(tmp_path):
     found = read_spheres(text_file(tmp_path, head + hybrid))
     assert found.position[1].tolist() == [0.5, 0.6, 0.7]
     assert found.body_index[0] == found.body_index[1]
+
+
+def test_bonded_spheres_are_bodies_of_their_own(tmp_path):
+    assert read_spheres(write(mixed_bed(20), "bpm", tmp_path)).body_index is None
 
 
 def test_a_sphere_of_no_molecule_is_a_body_of_its_own(tmp_path):

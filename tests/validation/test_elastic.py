@@ -10,6 +10,7 @@ from exporters import liggghts
 from packgen.bed import Material
 from packgen.validation import Limits, validate
 from packgen.validation.elastic import elastic_sinking
+from packgen.validation.lammps_family import SPHERES_LEAST
 from tests.beds import box_container, make_bed
 from tests.exporters.beds import RADIUS, lattice
 
@@ -104,7 +105,10 @@ def test_a_run_that_the_budget_cut_short_is_not_judged_and_no_run_at_all_is_miss
     bed = lattice((2, 2, 2))
     liggghts.write(bed, tmp_path, liggghts.Options())
     moved = ("mean displacement, not elastic", "centre of mass sinks, not elastic")
-    for budget, verdict, passed in ((8 * 50, "not judged", True), (7, "MISSED", False)):
+    for budget, verdict, passed in (
+        (50 * SPHERES_LEAST, "not judged", True),
+        (SPHERES_LEAST - 1, "MISSED", False),
+    ):
         report = validate(bed, tmp_path, limits=Limits(work_budget=budget))
         rows = {row.quantity: row for row in report.rows()}
         assert [rows[name].verdict for name in moved] == [verdict] * 2

@@ -34,7 +34,7 @@ def test_forces_at_step_zero_are_those_of_the_law_in_every_container(tmp_path, k
 def test_touching_spheres_pass(tmp_path):
     report = judge(lattice(), tmp_path)
     assert report.missed == ()
-    assert report.gravity_run.free_fall_times == pytest.approx(20, rel=1e-3)
+    assert report.gravity_run.still
     assert "LAMMPS" in report.version
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from exporters import yade
 from packgen.validation import Limits, validate
+from packgen.validation.yade import SPHERES_LEAST
 from tests.exporters.beds import lattice
 from tests.validation.beds import OVERLAP, bed_in
 
@@ -33,7 +34,7 @@ def test_forces_at_step_zero_are_those_of_the_law(tmp_path, kind, wall_count):
 
 
 def test_touching_spheres_pass_and_the_run_is_within_a_fiftieth_of_the_budget(tmp_path):
-    report = judge(lattice(), tmp_path, work_budget=50 * 80 * 2000)
+    report = judge(lattice(), tmp_path, work_budget=50 * SPHERES_LEAST * 2000)
     assert report.step_zero.pair_overlap_max < 1e-12
     assert report.gravity_run.steps == 2000
     assert report.missed == ()
