@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_formats, add_results, run_options, whole
+from packgen.cli.options import add_changes, add_formats, add_results, run_options, whole
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
@@ -120,6 +120,7 @@ def build_parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
+    add_changes(parser)
     add_formats(parser, "deck")
     parser.add_argument("--validate", action="store_true", help="confirm the bed in a solver")
     parser.add_argument(
@@ -137,6 +138,9 @@ def build_parser() -> argparse.ArgumentParser:
         "scene",
         "threads of the arrangement and of the measures; the bed is the same for any number (default: "
         "as many as cores are free to packgen; one for the optimizer adam)",
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="show the summary as a JSON object, and progress on stderr alone"
     )
     parser.add_argument("--version", action="version", version=f"packgen {__version__}")
     return parser

@@ -51,8 +51,10 @@ def make_plan(options: RunOptions) -> Plan:
         raise PackgenError("--workers: found with --scheduler; leave one of them out")
     if options.resume and not options.shared:
         raise PackgenError("--resume: found without --workers or --scheduler; add the one of the first run")
-    scene = load_scene(options.scene)
+    scene = load_scene(options.scene, options.changes)
     if options.seed is not None:
+        if ("seed",) in scene.marked.given:
+            raise PackgenError("--seed: found beside --set seed; leave one of them out")
         scene = replace(scene, seed=options.seed)
     if options.shared:
         from packgen.filling.tiles import in_tiles

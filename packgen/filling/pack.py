@@ -179,7 +179,7 @@ def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]
     """Refuse a periodic box so short that a sphere meets another one twice."""
     if not any(container.periodic):
         return
-    place = f"{scene.mark('container.periodic')}: container.periodic"
+    place = scene.named("container.periodic")
     lengths = container.bounds[1] - container.bounds[0]
     fitted = getattr(scene.params, "fits_container", False)  # then the algorithm knows how long it becomes
     least = PERIOD_MIN * max(float(zone.gap.half(np.array(zone.supply.radius_max))) for zone in zones)
@@ -192,7 +192,7 @@ def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]
     ]
     unsupported = getattr(scene.params, "unsupported", None)
     faults += [
-        f"{scene.mark(path)}: {path}: {text}"
+        f"{scene.named(path)}: {text}"
         for path, text in ([] if unsupported is None else unsupported(container))
     ]
     if faults:

@@ -77,7 +77,7 @@ def remarks(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> tuple[str, .
 
 def _place(scene: Scene, zone: int) -> str:
     path = f"zones[{zone}]"
-    return f"{scene.mark(path)}: {path}"
+    return scene.named(path)
 
 
 def _hanging(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> list[str]:
