@@ -23,6 +23,7 @@ from packgen.version import __version__
 
 PAGES = ("report", "compare")
 FILES = ("measure", "convert")
+STARTS = ("init", "schema")
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -32,6 +33,8 @@ EPILOG = """other commands:
   packgen compare DIR ...   put result folders side by side
   packgen measure FILE      check and measure a bed from a file of any format
   packgen convert FILE      write a bed from a file in other formats
+  packgen init KIND         write a scene to start from: box, tube, or the path of a mesh
+  packgen schema            show the JSON Schema of scenes, for editors
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
@@ -104,6 +107,10 @@ def _dispatch(arguments: list[str], ending: Ending) -> int:
         from packgen.cli.pages import run_page_command
 
         return run_page_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] in STARTS:
+        from packgen.cli.start import run_start_command
+
+        return run_start_command(arguments[0], arguments[1:], ending)
     options = run_options(build_parser().parse_args(arguments))
     from packgen.cli.run import run_scene
 

@@ -23,7 +23,8 @@ import yaml
 from packgen.errors import SceneError
 
 __all__ = [
-    "Key", "Location", "Mark", "MarkedData", "joined", "parse_yaml", "path_location", "path_text", "read_yaml",
+    "Key", "Location", "Mark", "MarkedData", "joined", "parse_yaml", "path_location", "path_text",
+    "read_yaml",
 ]  # fmt: skip
 
 SIZE_LIMIT = 2_000_000  # bytes; radii by the million belong into a file of their own
