@@ -24,6 +24,7 @@ from packgen.version import __version__
 PAGES = ("report", "compare")
 FILES = ("measure", "convert")
 STARTS = ("init", "schema")
+SWEEP = "sweep"
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -33,6 +34,7 @@ EPILOG = """other commands:
   packgen compare DIR ...   put result folders side by side
   packgen measure FILE      check and measure a bed from a file of any format
   packgen convert FILE      write a bed from a file in other formats
+  packgen sweep SCENE       run a scene with all combinations of some values
   packgen init KIND         write a scene to start from: box, tube, or the path of a mesh
   packgen schema            show the JSON Schema of scenes, for editors
 
@@ -107,6 +109,10 @@ def _dispatch(arguments: list[str], ending: Ending) -> int:
         from packgen.cli.pages import run_page_command
 
         return run_page_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] == SWEEP:
+        from packgen.cli.sweep import run_sweep_command
+
+        return run_sweep_command(arguments[1:], ending)
     if arguments and arguments[0] in STARTS:
         from packgen.cli.start import run_start_command
 

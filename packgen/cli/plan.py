@@ -43,7 +43,7 @@ def make_plan(options: RunOptions) -> Plan:
     """
     from packgen.scene import load_scene
 
-    solvers = _solvers(options.solver, validate=options.validate)
+    solvers = check_solvers(options.solver, validate=options.validate)
     formats = find_formats((*options.export, *solvers), options.export_option, options.templates)
     if options.templates is not None and not options.templates.is_dir():
         raise PackgenError(f"--templates: found {options.templates}, expected an existing folder")
@@ -64,7 +64,7 @@ def make_plan(options: RunOptions) -> Plan:
     return Plan(scene, formats, solvers, options.target)
 
 
-def _solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:
+def check_solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:
     """Return the solvers that have to confirm the bed, all of which are there."""
     if given and not validate:
         raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")
