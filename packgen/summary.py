@@ -33,7 +33,7 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
     """
     asked = [each["asked"] for each in report["zones"]]
     masses = [each["mass"] for each in report["sets"]]
-    contacts = next((each for each in report["contacts"] if each["gap"] == GAP), {})
+    contacts: Mapping[str, Any] = next((each for each in report["contacts"] if each["gap"] == GAP), {})
     return {
         "sphere_count": report["sphere_count"],
         "asked": sum(asked) if asked and None not in asked else None,

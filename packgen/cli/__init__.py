@@ -24,7 +24,7 @@ from packgen.version import __version__
 PAGES = ("report", "compare")
 FILES = ("measure", "convert")
 STARTS = ("init", "schema")
-SWEEP = "sweep"
+PLAN, SWEEP = "plan", "sweep"
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -34,6 +34,7 @@ EPILOG = """other commands:
   packgen compare DIR ...   put result folders side by side
   packgen measure FILE      check and measure a bed from a file of any format
   packgen convert FILE      write a bed from a file in other formats
+  packgen plan SCENE        tell what the bed will be like, and what will be missed
   packgen sweep SCENE       run a scene with all combinations of some values
   packgen init KIND         write a scene to start from: box, tube, or the path of a mesh
   packgen schema            show the JSON Schema of scenes, for editors
@@ -109,6 +110,10 @@ def _dispatch(arguments: list[str], ending: Ending) -> int:
         from packgen.cli.pages import run_page_command
 
         return run_page_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] == PLAN:
+        from packgen.cli.forecast import run_plan_command
+
+        return run_plan_command(arguments[1:], ending)
     if arguments and arguments[0] == SWEEP:
         from packgen.cli.sweep import run_sweep_command
 

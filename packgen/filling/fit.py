@@ -33,8 +33,8 @@ WIDE_SHARE = 1.0e-3
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
-    """What a zone asks for: sizes, mean volume of a sphere [m3], and number."""
+class Asked:
+    """What a zone asks for: sizes, mean volume of a sphere [m3], and number; None: until full."""
 
     sizes: Sizes
     mean_volume: float
@@ -47,7 +47,7 @@ class Amounts:
     def __init__(self, scene: Scene, container: Container) -> None:
         self._scene, self._container = scene, container
         self._fitted = getattr(scene.params, "fits_container", False)
-        self._zones = [_asked(zone, scene) for zone in scene.zones]
+        self._zones = [asked_of(zone, scene) for zone in scene.zones]
         self._remark = units_remark(
             scene,
             container,
@@ -175,7 +175,7 @@ class Amounts:
             return densest_random(room, width, sizes)
         return densest_ordered(room, sizes)
 
-    def _filling_count(self, zone: _Asked, room: float, enough: float) -> float:
+    def _filling_count(self, zone: Asked, room: float, enough: float) -> float:
         """Return about how many spheres fill a volume [m3]; exact only above what is enough."""
         most = room / zone.mean_volume
         return most if most <= enough else most * poured_fraction(self._container, zone.sizes)
@@ -222,11 +222,12 @@ def checked_locations(
     return tuple(locations)
 
 
-def _asked(zone: ZoneSpec, scene: Scene) -> _Asked:
+def asked_of(zone: ZoneSpec, scene: Scene) -> Asked:
+    """Return what a zone asks for, on average over the laws of size."""
     sets = scene.particle_sets
     share = number_shares(zone, sets)
     bounds = [each.distribution.radius_bounds for each, part in zip(sets, share, strict=True) if part > 0.0]
     mean_volume = float(share @ mean_weights("volume", sets))
     smallest, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
     sizes = Sizes(*size_weights(share, sets), smallest, largest)
-    return _Asked(sizes, mean_volume, expected_count(zone, sets))
+    return Asked(sizes, mean_volume, expected_count(zone, sets))

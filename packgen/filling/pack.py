@@ -17,6 +17,7 @@ from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.fit import checked_locations
+from packgen.filling.periods import check_periods
 from packgen.filling.remarks import remarks
 from packgen.filling.room import Locations
 from packgen.filling.softness import check_softness
@@ -30,9 +31,6 @@ from packgen.version import __version__
 
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
-
-PERIOD_MIN = 4.0
-"""Least length of a periodic box, in largest radii."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +122,9 @@ def pack(
     setting = Setting(container, down, scene.params, threads, device)
     task = _task(asked, setting, locations, on_progress or no_listener, crew or Alone())
     zones = task.zones
-    _check_periods(scene, container, zones)
+    check_periods(
+        scene, container, max(float(each.gap.half(np.array(each.supply.radius_max))) for each in zones)
+    )
     made = algorithm(task)
     outcome = made if isinstance(made, Outcome) else Outcome(made, container)
     bed, results = _bed(scene, outcome), _results(outcome.spheres, zones, wanted)
@@ -173,30 +173,6 @@ def _friction(scene: Scene, zone: ZoneSpec) -> float:
     of_material = {each.name: each.friction for each in scene.materials}
     shares = zip(scene.particle_sets, zone.set_proportions, strict=True)
     return min(of_material[each.material or ""] for each, share in shares if share > 0.0)
-
-
-def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]) -> None:
-    """Refuse a periodic box so short that a sphere meets another one twice."""
-    if not any(container.periodic):
-        return
-    place = scene.named("container.periodic")
-    lengths = container.bounds[1] - container.bounds[0]
-    fitted = getattr(scene.params, "fits_container", False)  # then the algorithm knows how long it becomes
-    least = PERIOD_MIN * max(float(zone.gap.half(np.array(zone.supply.radius_max))) for zone in zones)
-    faults = [
-        f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
-        f"{least:.4g} m, two diameters of the largest sphere, so that none meets another one twice; "
-        f"make it longer or leave {'xyz'[axis]} out"
-        for axis in np.flatnonzero(container.periodic)
-        if lengths[axis] < least and not fitted
-    ]
-    unsupported = getattr(scene.params, "unsupported", None)
-    faults += [
-        f"{scene.named(path)}: {text}"
-        for path, text in ([] if unsupported is None else unsupported(container))
-    ]
-    if faults:
-        raise PackingError("\n".join(faults))
 
 
 def _check_device(device: str) -> None:

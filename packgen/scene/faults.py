@@ -45,12 +45,7 @@ class Fault:
 
 def lines_of(faults: Iterable[Fault], marked: MarkedData) -> list[str]:
     """Return one line a fault, in the order of the file."""
-
-    def order(fault: Fault) -> tuple[int, int]:
-        mark = marked.mark(fault.location, key=fault.at_key)
-        return (mark.line, mark.column) if mark else (0, 0)
-
-    ordered = sorted(faults, key=order)
+    ordered = sorted(faults, key=lambda fault: marked.order(fault.location, key=fault.at_key))
     lines = []
     for fault in ordered[:LINE_LIMIT]:
         path = path_text(tuple(_short(each) if isinstance(each, str) else each for each in fault.location))

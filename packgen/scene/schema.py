@@ -59,7 +59,7 @@ def _or_null(name: str) -> dict[str, Any]:
 
 def _nullable(schema: dict[str, Any]) -> dict[str, Any]:
     """Return a schema that takes null as well; what it says of the key stays outside."""
-    outside = {name: schema[name] for name in ("description", "default") if name in schema}
+    outside: dict[str, Any] = {name: schema[name] for name in ("description", "default") if name in schema}
     inner = {name: value for name, value in schema.items() if name not in outside}
     return {**outside, "anyOf": [inner, {"type": "null"}]} if inner else schema
 

@@ -109,6 +109,14 @@ class MarkedData:
             here = here[part]
         return True
 
+    def order(self, location: Location, *, key: bool = False) -> tuple[int, int]:
+        """Return what sorts values as they stand in the file, those first that are not the file's."""
+        given = self._given(location)
+        if given is not None:
+            return (0, list(self.given.values()).index(given))
+        mark = self.mark(location, key=key)
+        return (mark.line, mark.column) if mark else (0, 0)
+
     def _given(self, location: Location) -> str | None:
         """Return what the place of a value that is not the file's is called; None: it is the file's."""
         for end in range(len(location), 0, -1):
