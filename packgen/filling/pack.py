@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
 from packgen.bed import Bed, ParticleSet
+from packgen.container.load import load_container
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
 from packgen.filling.densities import Density, densities, gap_of
@@ -25,12 +27,13 @@ from packgen.filling.tiles import in_tiles
 from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.jamming import Jamming
 from packgen.portable import cube, length
+from packgen.scene.load import Scene, load_scene
 from packgen.supply.fitting import SumFit
 from packgen.supply.supply import Supply
 from packgen.version import __version__
 
 if TYPE_CHECKING:
-    from packgen.scene import Scene, ZoneSpec
+    from packgen.scene import ZoneSpec
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +70,16 @@ class PackResult:
     warnings: tuple[str, ...] = ()
     jamming: Jamming | None = None
 
+    def _repr_html_(self) -> str:
+        """Return verdict and page, which notebooks show."""
+        from packgen.notebook import bed_html
+
+        return bed_html(self.bed, self.zones, self.warnings, self.jamming)
+
 
 def pack(
-    scene: Scene,
-    container: Container,
+    scene: Scene | Path | str | Mapping[str, Any],
+    container: Container | None = None,
     *,
     on_progress: Listener | None = None,
     threads: int | None = None,
@@ -82,8 +91,8 @@ def pack(
     """Fill the container as the scene says.
 
     Args:
-        scene: The scene.
-        container: Its container.
+        scene: The scene; or its file; or what that would say, as a mapping.
+        container: Its container; None: the one that the scene names.
         on_progress: Called after each batch.
         threads: Threads to use; None: the algorithm's choice. The bed does not depend on it.
         device: ``cpu``, or ``cuda`` for the plain torch form of the loops.
@@ -99,17 +108,23 @@ def pack(
 
     Raises:
         PackingError: Nothing can be placed, or a location or an amount makes no sense.
-        SceneError: The bed's weight would squeeze its spheres through each other, and the scene does not say
-            ``allow_soft``.
+        GeometryError: The container that the scene names cannot be read.
+        SceneError: The scene says what none can; or the bed's weight would squeeze its spheres through each
+            other, and it does not say ``allow_soft``.
     """
     _check_device(device)
-    scene = in_tiles(scene, shared=crew is not None)
-    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     warnings: list[str] = []
 
     def tell(line: str) -> None:
         warnings.append(line)
         warn(line)
+
+    if isinstance(scene, Path | str | Mapping):
+        scene = load_scene(scene)
+    if container is None:
+        container = load_container(scene, tell)
+    scene = in_tiles(scene, shared=crew is not None)
+    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
 
     # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
