@@ -29,6 +29,7 @@ from packgen.forecast.misses import SURE, loose_zones, misfit, no_room
 from packgen.forecast.result import Forecast, SetForecast, ZoneForecast
 from packgen.geometry import Container, floor_direction
 from packgen.portable import length
+from packgen.scene.models import AMOUNTS
 from packgen.supply.close_packing import EQUAL_SPHERES, wall_loss
 from packgen.supply.fitting import SumFit
 from packgen.supply.shares import mean_weights, number_shares
@@ -188,9 +189,7 @@ def remedies(scene: Scene, container: Container) -> list[str]:
             continue
         cube = _cube([zone], [made], zone.sizes, jammed=_jams(scene), endless=all(container.periodic))
         high = "" if made.height_needed is None else f"a height of {made.height_needed:.4g} m there, or "
-        lines.append(
-            f"{scene.named(f'zones[{index}]')}: {zone.asked or 0:,} spheres need {high}a cube of {cube:.4g} m"
-        )
+        lines.append(f"{_place(scene, index)}: {zone.asked or 0:,} spheres need {high}a cube of {cube:.4g} m")
     return lines
 
 
@@ -232,7 +231,7 @@ def _fill(scene: Scene, container: Container, zones: Sequence[_Zone]) -> _Filled
     base = cells.take(0, cells.inside, 0.0, mark=False).bottom
     filled = _Filled(-down)
     for index, zone in enumerate(zones):
-        place, part = scene.named(f"zones[{index}]"), cells.within(zone.locations, zone.reach)
+        place, part = _place(scene, index), cells.within(zone.locations, zone.reach)
         fraction = _settled(scene, container, zone, cells, part, -down)
         need = None if zone.solid is None else zone.solid / fraction
         if getattr(scene.params, "fits_container", False) and need is not None:
@@ -251,6 +250,12 @@ def _fill(scene: Scene, container: Container, zones: Sequence[_Zone]) -> _Filled
         diameter = 2.0 * max(zone.sizes.radius_max for zone in zones)
         filled.warnings += loose_zones(scene, [zone.locations for zone in zones], cells, diameter)
     return filled
+
+
+def _place(scene: Scene, index: int) -> str:
+    """Return where a scene says how much is in a zone."""
+    given = [key for key in AMOUNTS if getattr(scene.zones[index], key) is not None]
+    return scene.named(".".join([f"zones[{index}]", *given]))
 
 
 def _of_zone(

@@ -69,6 +69,7 @@ def test_a_later_zone_lies_on_the_earlier_one():
 def test_an_amount_that_will_not_fit_is_told_with_the_height_that_it_needs():
     found = told(scene_of(BOX, [{"n_particles": 28000}]))
     assert len(found.missed) == 1
+    assert found.missed[0].startswith("scene: zones[0].n_particles: about ")
     assert "of 28,000 spheres will fit; ask for fewer, or make it 0." in found.missed[0]
     zone = found.zones[0]
     assert zone.sphere_count < 28000
