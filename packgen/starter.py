@@ -120,22 +120,22 @@ def _scene(container: str, radius: float, count: int) -> str:
 container:
 {container}
 
-gravity_axis: z                # spheres fall towards smaller z; -z: towards larger, or a vector of gravity
-seed: 0                        # another seed, another bed; the same seed, the same bed
+gravity_axis: z                     # spheres fall towards smaller z; -z: larger; or the vector of gravity
+seed: 0                             # another seed, another bed; the same seed, the same bed
 
 particle_sets:
   - name: grains
-    radius_distribution: uniform   # or constant, normal, lognormal, rosin_rammler, sieve, discrete, file
-    radius_min: {low:g}         # m, or with a unit: "5 mm"
+    radius_distribution: uniform    # or constant, normal, lognormal, rosin_rammler, sieve, discrete, file
+    {f"radius_min: {low:g}":<32}# m, or with a unit: "5 mm"
     radius_max: {high:g}
-    density: 2500              # kg/m3
+    density: 2500                   # kg/m3
     material: stone
 
-materials:                     # what decks need; friction also says how densely spheres settle
+materials:                          # what decks need; friction also says how densely spheres settle
   stone: {{youngs_modulus: 1.0e8, poissons_ratio: 0.3, restitution: 0.5, friction: 0.5}}
 
-zones:                         # filled in this order
-  - n_particles: {count}          # or volume (m3 of solid), or mass (kg); without any: until it is full
-    # location:                # a part of the container; without it, the whole
+zones:                              # filled in this order
+  - {f"n_particles: {count}":<32}# or volume (m3 of solid), or mass (kg); without any: until it is full
+    # location:                     # a part of the container; without it, the whole
     #   slice: {{axis: z, min_bound: 0, max_bound: 1}}
 """

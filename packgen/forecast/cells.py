@@ -19,10 +19,10 @@ from packgen.geometry.bounds import altitude_range, gravity_frame
 
 __all__ = ["Cells", "Taken"]
 
-CELLS, CELLS_SLOW = 60_000, 16_000  # of the box around a container; fewer where shapes have many facets
+CELLS, CELLS_SLOW = 60_000, 10_000  # of the box around a container; fewer where shapes have many facets
 MANY_FACETS = 100
 LEAST, LAYERS = 8, 64  # cells along each side, and layers along gravity, at least
-CHUNK = 8_000  # cells that are looked at together
+CHUNK = 10_000  # cells that are looked at together
 SAME = 1.0e-6  # of the height: ends of layers nearer than that are one
 
 

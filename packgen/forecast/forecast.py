@@ -243,7 +243,7 @@ def _fill(scene: Scene, container: Container, zones: Sequence[_Zone]) -> _Filled
             missed, close = misfit(place, zone.asked or 0, need, taken, level=level)
             filled.missed += missed
             filled.warnings += [] if filled.factor else close
-        elif taken.volume * fraction < zone.mean_volume:
+        elif taken.volume < zone.mean_volume:
             filled.missed.append(no_room(place))
         filled.zones.append(_of_zone(zone, taken, fraction, need, base if level else None))
     if level:

@@ -20,6 +20,10 @@ SURE, LIKELY = 1.03, 0.98
 not; the prediction is as exact as that."""
 
 
+FEW = 10
+"""Number of spheres up to which a solid fraction says little."""
+
+
 def misfit(place: str, count: int, need: float, taken: Taken, *, level: bool) -> tuple[list[str], list[str]]:
     """Return lines where the amount of a zone will not fit, and where it may not.
 
@@ -32,6 +36,8 @@ def misfit(place: str, count: int, need: float, taken: Taken, *, level: bool) ->
     """
     if need <= LIKELY * taken.room:
         return [], []
+    if count <= FEW:
+        return [], [f"{place}: {count} spheres may not fit; of so few it cannot be told"]
     more = f", or make it {need / taken.area:.3g} m high" if level and taken.area > 0.0 else ""
     if need > SURE * taken.room:
         fits = int(taken.room / need * count)

@@ -76,6 +76,14 @@ def test_an_amount_that_will_not_fit_is_told_with_the_height_that_it_needs():
     assert zone.height_needed == pytest.approx(0.3 * 28000 / zone.sphere_count, rel=0.01)
 
 
+def test_of_a_few_spheres_no_miss_is_foretold():
+    found = told(scene_of(BOX, [{"n_particles": 2}], radius=0.09))
+    assert found.missed == ()
+    box = {"box": {"min": [0, 0, 0], "max": [0.2, 0.2, 0.35]}}
+    few = told(scene_of(box, [{"n_particles": 2}], radius=0.09))
+    assert few.missed == ()
+
+
 def test_an_amount_that_is_refused_has_a_remedy():
     scene = scene_of(BOX, [{"n_particles": 90000}])
     container = load_container(scene)
