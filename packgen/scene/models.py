@@ -37,6 +37,7 @@ from packgen.values import (
     Unit3,
     WholeNumber,
     fault,
+    plainly,
 )
 
 __all__ = [
@@ -238,9 +239,9 @@ def _by_unit(value: Any) -> Any:
     return {"length" if isinstance(value, str) else "radii": value}
 
 
-ShareOfSpace = Annotated[FractionSpec, BeforeValidator(_by_value)]
-RatioOfVoids = Annotated[RatioSpec, BeforeValidator(_by_value)]
-LeastGap = Annotated[GapSpec, BeforeValidator(_by_unit)]
+ShareOfSpace = Annotated[FractionSpec, BeforeValidator(_by_value), plainly(InnerFraction)]
+RatioOfVoids = Annotated[RatioSpec, BeforeValidator(_by_value), plainly(Positive)]
+LeastGap = Annotated[GapSpec, BeforeValidator(_by_unit), plainly(NonNegativeLength)]
 
 
 class ZoneSpec(Keys):
