@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.errors import ExportError
 from packgen.geometry import (
     Ball,
     Box,
@@ -129,6 +131,42 @@ class Bed:
             value = getattr(self, name)
             if value is not None or name != "body_index":
                 object.__setattr__(self, name, read_only(value, dtype, shape, f"bed.{name}"))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Bed:
+        """Read a bed from a file, as `packgen.read_bed` does.
+
+        Args:
+            path: A ``bed.npz``, or a file of any other format that packgen reads.
+
+        Raises:
+            ReadError: The file is not what it claims; a line a fault.
+        """
+        from packgen.reading import read_bed
+
+        return read_bed(path)
+
+    def save(self, path: Path | str) -> None:
+        """Write a bed as ``bed.npz``: its spheres, and the provenance that says what is known besides.
+
+        Args:
+            path: File to write; its ending is npz.
+
+        Raises:
+            ExportError: It has another ending: other formats are the exporters'.
+            OSError: The file cannot be written.
+        """
+        from packgen.bedfile import save_bed
+
+        if Path(path).suffix != ".npz":
+            raise ExportError(f"{path}: expected a name that ends in .npz; exporters write other formats")
+        save_bed(self, Path(path))
+
+    def _repr_html_(self) -> str:
+        """Return verdict and page, which notebooks show."""
+        from packgen.notebook import bed_html
+
+        return bed_html(self)
 
     @property
     def count(self) -> int:

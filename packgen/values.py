@@ -12,7 +12,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationInfo,
+    WithJsonSchema,
+)
+from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import PydanticCustomError
 
 from packgen.units import UNITS, to_si
@@ -22,6 +31,7 @@ __all__ = [
     "Fractions", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative",
     "NonNegativeLength", "Periodic", "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure",
     "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
+    "plainly",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"
@@ -219,35 +229,118 @@ def _file(value: Any, info: ValidationInfo) -> Path:
         raise ValueError(f"a file that can be read; {error.strerror}: {path}") from error
 
 
-Length = Annotated[float, _quantity("length")]
-PositiveLength = Annotated[float, _positive("length")]
-NonNegativeLength = Annotated[float, _quantity("length", "of at least 0", lambda value: value >= 0.0)]
-Lengths = Annotated[tuple[float, ...], _many("length", ABOVE_ZERO, lambda value: value > 0.0)]
-Fractions = Annotated[tuple[float, ...], _many("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0)]
-Fraction = Annotated[float, _quantity("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0)]
-Positive = Annotated[float, _positive("number")]
-NonNegative = Annotated[float, _quantity("number", "of at least 0", lambda value: value >= 0.0)]
-PoissonsRatio = Annotated[float, _quantity("number", "from 0 to 0.5", lambda value: 0.0 <= value <= 0.5)]
+_ABOVE = {"exclusiveMinimum": 0}
+_FROM_0 = {"minimum": 0}
+_SHARE = {"minimum": 0, "maximum": 1}
+_INNER = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
+
+
+def _numbers(quantity: str, **bounds: float) -> dict[str, Any]:
+    """Return the JSON schema of a number, with or without a unit of its quantity."""
+    plain: dict[str, Any] = {"type": "number", **bounds}
+    units = UNITS[quantity]
+    if not units:
+        return plain
+    # Written as people do: um or with a Greek letter, m3, m^3 or with a raised digit.
+    spelled = (re.sub(r"([23])", r"\\^?[\1²³]", each).replace("um", "[uµμ]m") for each in units)
+    names = "|".join(spelled)
+    text = rf"^\s*[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*({names})?\s*$"
+    return {"anyOf": [plain, {"type": "string", "pattern": text}]}
+
+
+def _listed(item: dict[str, Any]) -> WithJsonSchema:
+    return WithJsonSchema({"type": "array", "items": item, "minItems": 1})
+
+
+def _of(quantity: str, **bounds: float) -> WithJsonSchema:
+    return WithJsonSchema(_numbers(quantity, **bounds))
+
+
+def _counted(lowest: int) -> WithJsonSchema:
+    return WithJsonSchema({"type": "integer", "minimum": lowest})
+
+
+class Plainly:
+    """Says in a JSON schema that a plain value may stand for a mapping; see `plainly`."""
+
+    def __init__(self, kind: Any) -> None:
+        self.kind = kind
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: Any, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [TypeAdapter(self.kind).json_schema(), handler(core_schema)]}
+
+
+def plainly(kind: Any) -> Plainly:
+    """Return the mark of a mapping in whose place a plain value of some kind may stand."""
+    return Plainly(kind)
+
+
+_LETTER = {"enum": ["x", "y", "z", 0, 1, 2]}
+_VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+_SIGNED = {"enum": ["x", "y", "z", "-x", "-y", "-z"]}
+_THREE_LENGTHS = {"type": "array", "items": _numbers("length"), "minItems": 3, "maxItems": 3}
+
+Length = Annotated[float, _quantity("length"), _of("length")]
+PositiveLength = Annotated[float, _positive("length"), _of("length", **_ABOVE)]
+NonNegativeLength = Annotated[
+    float, _quantity("length", "of at least 0", lambda value: value >= 0.0), _of("length", **_FROM_0)
+]
+Lengths = Annotated[
+    tuple[float, ...],
+    _many("length", ABOVE_ZERO, lambda value: value > 0.0),
+    _listed(_numbers("length", **_ABOVE)),
+]
+Fractions = Annotated[
+    tuple[float, ...],
+    _many("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0),
+    _listed(_numbers("number", **_SHARE)),
+]
+Fraction = Annotated[
+    float, _quantity("number", "from 0 to 1", lambda value: 0.0 <= value <= 1.0), _of("number", **_SHARE)
+]
+Positive = Annotated[float, _positive("number"), _of("number", **_ABOVE)]
+NonNegative = Annotated[
+    float, _quantity("number", "of at least 0", lambda value: value >= 0.0), _of("number", **_FROM_0)
+]
+PoissonsRatio = Annotated[
+    float,
+    _quantity("number", "from 0 to 0.5", lambda value: 0.0 <= value <= 0.5),
+    _of("number", minimum=0, maximum=0.5),
+]
 Tolerance = Annotated[
-    float, _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0)
+    float,
+    _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0),
+    _of("number", **_INNER),
 ]
 InnerFraction = Annotated[
-    float, _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0)
+    float,
+    _quantity("number", "greater than 0 and below 1", lambda value: 0.0 < value < 1.0),
+    _of("number", **_INNER),
 ]
-SolidVolume = Annotated[float, _positive("volume")]
-Mass = Annotated[float, _positive("mass")]
-Density = Annotated[float, _positive("density")]
-Pressure = Annotated[float, _positive("pressure")]
-Acceleration = Annotated[float, _positive("acceleration")]
-Count = Annotated[int, _whole(1, 2**31 - 1)]
-WholeNumber = Annotated[int, _whole(0, 2**31 - 1)]
-Seed = Annotated[int, _whole(0, 2**63 - 1)]
-Point = Annotated[Unit3, BeforeValidator(_point)]
-Direction = Annotated[Unit3, BeforeValidator(_direction)]
-PrimitiveAxis = Annotated[Unit3, BeforeValidator(_primitive_axis)]
-AxisIndex = Annotated[Unit3, BeforeValidator(_slice_axis)]
-Periodic = Annotated[tuple[bool, bool, bool], BeforeValidator(_periodic)]
+SolidVolume = Annotated[float, _positive("volume"), _of("volume", **_ABOVE)]
+Mass = Annotated[float, _positive("mass"), _of("mass", **_ABOVE)]
+Density = Annotated[float, _positive("density"), _of("density", **_ABOVE)]
+Pressure = Annotated[float, _positive("pressure"), _of("pressure", **_ABOVE)]
+Acceleration = Annotated[float, _positive("acceleration"), _of("acceleration", **_ABOVE)]
+Count = Annotated[int, _whole(1, 2**31 - 1), _counted(1)]
+WholeNumber = Annotated[int, _whole(0, 2**31 - 1), _counted(0)]
+Seed = Annotated[int, _whole(0, 2**63 - 1), _counted(0)]
+Point = Annotated[Unit3, BeforeValidator(_point), WithJsonSchema(_THREE_LENGTHS)]
+Direction = Annotated[Unit3, BeforeValidator(_direction), WithJsonSchema({"anyOf": [_SIGNED, _VECTOR]})]
+PrimitiveAxis = Annotated[
+    Unit3, BeforeValidator(_primitive_axis), WithJsonSchema({"anyOf": [_SIGNED, _LETTER, _VECTOR]})
+]
+AxisIndex = Annotated[Unit3, BeforeValidator(_slice_axis), WithJsonSchema(_LETTER)]
+Periodic = Annotated[
+    tuple[bool, bool, bool],
+    BeforeValidator(_periodic),
+    WithJsonSchema({"anyOf": [_LETTER, {"type": "array", "items": _LETTER, "uniqueItems": True}]}),
+]
 Flag = Annotated[bool, BeforeValidator(_flag)]
-Name = Annotated[str, BeforeValidator(_name)]
-FilePath = Annotated[Path, BeforeValidator(_file)]
+Name = Annotated[
+    str, BeforeValidator(_name), WithJsonSchema({"type": "string", "pattern": f"^{_NAME.pattern}$"})
+]
+FilePath = Annotated[Path, BeforeValidator(_file), WithJsonSchema({"type": "string", "minLength": 1})]
 LengthUnit = Literal["m", "cm", "mm", "um", "in", "ft"]

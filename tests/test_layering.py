@@ -95,6 +95,8 @@ ALGORITHMS = sorted(path.parent.name for path in ROOT.glob("packgen/arrange/*/ar
 CORE = ("packgen.scene", "packgen.arrange")
 UPPER = (
     "packgen.filling",
+    "packgen.forecast",
+    "packgen.sweep",
     "packgen.report",
     "packgen.validation",
     "packgen.settling",
@@ -144,8 +146,27 @@ def test_what_algorithms_share_knows_none_of_them(place):
         ("check", ("packgen.measure", "packgen.scene", *UPPER)),
         (
             "filling",
-            ("packgen.report", "packgen.validation", "packgen.page", "packgen.workers", "packgen.cli"),
+            (
+                "packgen.forecast",
+                "packgen.report",
+                "packgen.validation",
+                "packgen.page",
+                "packgen.workers",
+                "packgen.cli",
+            ),
         ),
+        (
+            "forecast",
+            (
+                "packgen.sweep",
+                "packgen.report",
+                "packgen.validation",
+                "packgen.page",
+                "packgen.workers",
+                "packgen.cli",
+            ),
+        ),
+        ("sweep", ("packgen.arrange", "packgen.filling", "packgen.page", "packgen.cli")),
         (
             "workers",
             ("packgen.filling", "packgen.report", "packgen.validation", "packgen.page", "packgen.cli"),

@@ -48,7 +48,7 @@ def test_report_json_holds_the_numbers_under_their_names():
     report = replace(build_report(bed, zones=[Zone(None, 125)]), timings={"arrange": 1.5}, files=("bed.npz",))
     read = json.loads(report.as_json())
     assert read["sphere_count"] == 125
-    unasked = {"solid_fraction_asked": None, "solid_fraction": None}
+    unasked = {"solid_fraction_asked": None, "solid_fraction": None, "slack": None}
     assert read["zones"] == [{"asked": None, "placed": 125} | unasked]
     assert read["overlap"]["within_tolerance"] is True
     assert read["solid_fraction"]["filled"] == pytest.approx(np.pi / 6)

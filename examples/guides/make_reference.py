@@ -25,10 +25,16 @@ from packgen.arrange import registry
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
 from packgen.cli.files import CARVE, CONVERT, DESCRIPTIONS, MEASURE, REPEAT, build_file_parser
+from packgen.cli.forecast import build_plan_parser
 from packgen.cli.reshape import CARVE_EPILOG, REPEAT_EPILOG, build_carve_parser, build_repeat_parser
+from packgen.cli.start import build_init_parser
+from packgen.cli.sweep import build_sweep_parser
+from packgen.forecast import Forecast, SetForecast, ZoneForecast
 from packgen.reading import dump, extxyz, lammps_data, mfix, npz, vtk
 from packgen.reading import table as table_of_text
 from packgen.scene import document, models, sets
+from packgen.summary import FIGURES, main_figures
+from packgen.summary import summary as summary_of_run
 from packgen.units import UNITS
 from packgen.validation import results as validation
 
@@ -72,6 +78,7 @@ KINDS = {
     "WholeNumber": "whole number >= 0",
     "str": "text",
 }
+FIGURE_NAMES = ", ".join(f"`{each}`" for each in FIGURES)
 SECTIONS = {
     "BoxSpec": "box",
     "CylinderSpec": "cylinder",
@@ -271,6 +278,40 @@ def file_part() -> Iterator[str]:
     yield table(("format",), [(plain((each.__doc__ or "").split("\n\n")[0]),) for each in readers])
 
 
+def ahead_part() -> Iterator[str]:
+    """What comes before runs, and many of them."""
+    yield "## Before a run, and many runs\n"
+    for name, parser in (
+        ("plan SCENE", build_plan_parser()),
+        ("init KIND", build_init_parser()),
+        ("sweep SCENE", build_sweep_parser()),
+    ):
+        yield f"`packgen {name}`: {(parser.description or '').split(' A scene of that name')[0]}\n"
+        yield table(("argument", "meaning"), arguments_of(parser))
+    yield "`packgen schema`: Show the JSON Schema of scenes, for editors.\n"
+    yield "### `packgen plan --json`\n\nBeside scene, algorithm, seed, version, `exit_code` and `page`:\n"
+    rows = []
+    for prefix, item in (("", Forecast), ("zones[].", ZoneForecast)):
+        skipped = {"container", "up", "zones", "sets", "cost", "locations", "factor"}
+        rows += [(f"`{prefix}{key}`", said) for key, said in attributes(item).items() if key not in skipped]
+    rows += [
+        ("`sphere_count`, `mass`, `solid_fraction`", "The same of all zones together."),
+        ("`sets[]`", summary(SetForecast)),
+        ("`container`", f"`name`, `size` [m], `volume` [m3], and `factor`. {attributes(Forecast)['factor']}"),
+        ("`seconds`, `memory`, `rule`", "Time [s] and memory [bytes], and by what rule."),
+    ]
+    yield table(("key", "meaning"), rows)
+    yield f"### `--json` and `sweep.csv`\n\n`--json` of a run: {returned(summary_of_run)}\n"
+    yield f"The main figures: {FIGURE_NAMES}. {returned(main_figures)}\n"
+    yield "`sweep.csv` has them after `folder`, the keys and `exit_code`, and `message` at last.\n"
+
+
+def returned(function: Any) -> str:
+    """Return what a docstring says that a function returns."""
+    found = re.search(r"Returns:\n(.*?)(\n\n|\Z)", inspect.getdoc(function) or "", re.DOTALL)
+    return plain(found[1]) if found else ""
+
+
 def command_part() -> Iterator[str]:
     """The command line."""
     yield f"## The command\n\n{DESCRIPTION}\n"
@@ -370,6 +411,7 @@ def reference() -> str:
         "How to use it all: [the tutorial](../README.md).\n",
         *scene_part(),
         *command_part(),
+        *ahead_part(),
         *file_part(),
         *result_part(),
         *exporter_part(),

@@ -9,21 +9,34 @@ import argparse
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_formats, add_results, add_solvers, run_options, whole
+from packgen.cli.options import add_changes, add_formats, add_results, add_solvers, run_options, whole
 from packgen.cli.screen import DEBUG_VARIABLE, open_streams, show
 from packgen.errors import PackgenError
 from packgen.resultfolder import DISK_FULL
 from packgen.stopping import close, stop_seen, stoppable
 from packgen.version import __version__
 
-PAGES = ("report", "compare")
-FILES = ("measure", "convert")
-RESHAPES = ("carve", "repeat")
+COMMANDS = {
+    "report": ("packgen.cli.pages", "run_page_command"),
+    "compare": ("packgen.cli.pages", "run_page_command"),
+    "measure": ("packgen.cli.judge", "run_file_command"),
+    "convert": ("packgen.cli.judge", "run_file_command"),
+    "carve": ("packgen.cli.reshape", "run_reshape_command"),
+    "repeat": ("packgen.cli.reshape", "run_reshape_command"),
+    "plan": ("packgen.cli.forecast", "run_plan_command"),
+    "sweep": ("packgen.cli.sweep", "run_sweep_command"),
+    "init": ("packgen.cli.start", "run_start_command"),
+    "schema": ("packgen.cli.start", "run_start_command"),
+}
+"""Commands beside ``packgen SCENE``: the module of each, imported where it is given, and its function.
+
+A function takes the command, what follows it, and how it ends."""
 
 DESCRIPTION = (
     "Arrange the spheres of a scene as gravity would have, and write decks that DEM solvers run unedited."
@@ -35,6 +48,10 @@ EPILOG = """other commands:
   packgen convert FILE       write a bed from a file in other formats
   packgen carve FILE         keep the part of a bed inside or outside a closed mesh
   packgen repeat FILE N N N  put copies of a bed that wraps around side by side
+  packgen plan SCENE         tell what the bed will be like, and what will be missed
+  packgen sweep SCENE        run a scene with all combinations of some values
+  packgen init KIND          write a scene to start from: box, tube, or the path of a mesh
+  packgen schema             show the JSON Schema of scenes, for editors
 
 exit codes: 0 complete and within tolerance; 1 written, but something asked for was not reached;
 2 wrong input, nothing written;
@@ -100,18 +117,10 @@ def _reason(error: Exception, claim: str) -> str:
 
 def _dispatch(arguments: list[str], ending: Ending) -> int:
     refuse_unreadable(arguments)
-    if arguments and arguments[0] in FILES:
-        from packgen.cli.judge import run_file_command
-
-        return run_file_command(arguments[0], arguments[1:], ending)
-    if arguments and arguments[0] in RESHAPES:
-        from packgen.cli.reshape import run_reshape_command
-
-        return run_reshape_command(arguments[0], arguments[1:], ending)
-    if arguments and arguments[0] in PAGES:
-        from packgen.cli.pages import run_page_command
-
-        return run_page_command(arguments[0], arguments[1:], ending)
+    if arguments and arguments[0] in COMMANDS:
+        module, function = COMMANDS[arguments[0]]
+        run: Callable[[str, list[str], Ending], int] = getattr(import_module(module), function)
+        return run(arguments[0], arguments[1:], ending)
     options = run_options(build_parser().parse_args(arguments))
     from packgen.cli.run import run_scene
 
@@ -128,6 +137,7 @@ def build_parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
+    add_changes(parser)
     add_formats(parser, "deck")
     add_solvers(parser)
     parser.add_argument("--seed", metavar="N", type=whole(0), help="seed, in place of the scene's")
@@ -138,6 +148,9 @@ def build_parser() -> argparse.ArgumentParser:
         "scene",
         "threads of the arrangement and of the measures; the bed is the same for any number (default: "
         "as many as cores are free to packgen; one for the optimizer adam)",
+    )
+    parser.add_argument(
+        "--json", action="store_true", help="show the summary as a JSON object, and progress on stderr alone"
     )
     parser.add_argument("--version", action="version", version=f"packgen {__version__}")
     return parser

@@ -17,6 +17,7 @@ class RunOptions:
 
     Attributes:
         scene: The scene file.
+        changes: Values in place of the scene's, each ``KEY=VALUE``.
         export: Names of the decks to write, each once.
         output: The result folder; None: named after the scene.
         validate: Whether solvers confirm the bed.
@@ -35,9 +36,11 @@ class RunOptions:
         picture: Whether to draw the bed.
         page: Whether to make ``report.html``.
         quiet: Whether to leave out progress and summary.
+        json: Whether the summary is a JSON object.
     """
 
     scene: Path
+    changes: tuple[str, ...] = ()
     export: tuple[str, ...] = ()
     output: Path | None = None
     validate: bool = False
@@ -56,6 +59,7 @@ class RunOptions:
     picture: bool = False
     page: bool = True
     quiet: bool = False
+    json: bool = False
 
     @property
     def shared(self) -> bool:
@@ -72,6 +76,7 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
     """Return what the parser of ``packgen SCENE`` has read."""
     return RunOptions(
         scene=parsed.scene,
+        changes=tuple(parsed.set),
         export=names_in(parsed.export),
         output=parsed.output,
         validate=parsed.validate,
@@ -90,12 +95,24 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
         picture=parsed.picture,
         page=not parsed.no_report,
         quiet=parsed.quiet,
+        json=parsed.json,
     )
 
 
 def names_in(given: Sequence[str]) -> tuple[str, ...]:
     """Return names from repeated options and comma lists, each once."""
     return tuple(dict.fromkeys(name.strip() for each in given for name in each.split(",") if name.strip()))
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Add the option that gives values in place of a scene's."""
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="value in place of the scene's, as YAML, such as zones[0].n_particles=500; may be repeated",
+    )
 
 
 def add_formats(parser: argparse.ArgumentParser, what: str) -> None:

@@ -48,7 +48,7 @@ def make_plan(options: RunOptions) -> Plan:
     """
     from packgen.scene import load_scene
 
-    solvers = _solvers(options.solver, validate=options.validate)
+    solvers = check_solvers(options.solver, validate=options.validate)
     settle = _settle(options)
     named = (*options.export, *solvers, *(() if settle is None else (settle,)))
     formats = find_formats(named, options.export_option, options.templates)
@@ -58,8 +58,10 @@ def make_plan(options: RunOptions) -> Plan:
         raise PackgenError("--workers: found with --scheduler; leave one of them out")
     if options.resume and not options.shared:
         raise PackgenError("--resume: found without --workers or --scheduler; add the one of the first run")
-    scene = load_scene(options.scene)
+    scene = load_scene(options.scene, options.changes)
     if options.seed is not None:
+        if ("seed",) in scene.marked.given:
+            raise PackgenError("--seed: found beside --set seed; leave one of them out")
         scene = replace(scene, seed=options.seed)
     if options.shared:
         from packgen.filling.tiles import in_tiles
@@ -82,7 +84,7 @@ def _settle(options: RunOptions) -> str | None:
     return options.settle
 
 
-def _solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:
+def check_solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:
     """Return the solvers that have to confirm the bed, all of which are there."""
     if given and not validate:
         raise PackgenError("--solver: found without --validate; add --validate, or leave --solver out")

@@ -5,6 +5,7 @@ Each stage returns what it found. All of it comes together in the report, at the
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -18,13 +19,14 @@ from packgen.cli.exports import check_formats, outlook_of, write_decks
 from packgen.cli.options import RunOptions
 from packgen.cli.plan import Plan, make_plan
 from packgen.cli.progress import Share, show_progress
-from packgen.cli.screen import say, table
+from packgen.cli.screen import say, say_json, table
 from packgen.cli.settle import Outcome, keep_state, limits_of, refuse_unsettled, settle_bed, with_settling
 from packgen.cli.stopwatch import Stopwatch
 from packgen.cli.visuals import composer, write_looks
 from packgen.errors import PackgenError
 from packgen.resultfolder import UNVALIDATED, ResultFolder
 from packgen.stopping import held, unhurried
+from packgen.summary import summary
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.arrange.crew import Crew
@@ -85,7 +87,9 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
             ending.done(code, f"the bed is in {folder.target}")
         if parts is not None:
             parts.remove()
-    conclude(report, folder, verdict=verdict, quiet=options.quiet)
+    if options.json:
+        say_json(summary(json.loads(report.as_json()), str(folder.target), code))
+    conclude(report, folder, verdict=verdict, quiet=options.quiet or options.json)
     return code
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sys
 from collections.abc import Sequence
@@ -57,6 +58,12 @@ def _give_up(stream: TextIO) -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, number)
         os.close(nowhere)
+
+
+def say_json(content: Any) -> None:
+    """Write plain data as JSON on standard output; what JSON has no number for becomes null."""
+    finite = json.loads(json.dumps(content), parse_constant=lambda _: None)
+    say(json.dumps(finite, indent=2, ensure_ascii=False), sys.stdout)
 
 
 class Screen:

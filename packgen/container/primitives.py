@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.geometry import Ball, Box, Cone, Surface
+from packgen.geometry import Ball, Box, Cone, Shape, Surface
 
 SEGMENTS = 96
 """Facets round a tessellated primitive: its corners lie 0.05 % of the radius outside the true wall."""
@@ -19,6 +19,15 @@ def perpendicular(axis: Float64Array) -> tuple[Float64Array, Float64Array]:
     first = np.cross(helper, axis)
     first /= np.linalg.norm(first)
     return first, np.cross(axis, first)
+
+
+def surface_of(shape: Shape) -> Surface:
+    """Return a shape as triangles."""
+    if isinstance(shape, Box):
+        return box_surface(shape)
+    if isinstance(shape, Cone):
+        return cone_surface(shape)
+    return ball_surface(shape) if isinstance(shape, Ball) else shape.surface
 
 
 def box_surface(box: Box) -> Surface:

@@ -25,10 +25,10 @@ from packgen.supply.close_packing import wall_loss
 from packgen.supply.supply import Supply
 
 if TYPE_CHECKING:
-    from packgen.scene import Scene
+    from packgen.scene import Scene, ZoneSpec
     from packgen.scene.models import FractionSpec
 
-__all__ = ["SLACK", "Aim", "aim_of", "as_dense"]
+__all__ = ["SLACK", "Aim", "aim_of", "as_dense", "falls", "friction_of"]
 
 SLACK = 0.003
 """Largest difference from the solid fraction asked for that is no miss."""
@@ -200,3 +200,10 @@ def falls(aim: Aim, friction: float) -> str | None:
         "carry so loose a bed: it will sink as soon as a solver lets it go; ask for "
         f"{aim.asked * least / aim.first:.3f}, or raise the friction"
     )
+
+
+def friction_of(scene: Scene, zone: ZoneSpec) -> float:
+    """Return the friction of the smoothest spheres of a zone."""
+    of_material = {each.name: each.friction for each in scene.materials}
+    shares = zip(scene.particle_sets, zone.set_proportions, strict=True)
+    return min(of_material[each.material or ""] for each, share in shares if share > 0.0)

@@ -153,4 +153,4 @@ def _amount_faults(scene: Scene, index: int, zone: ZoneSpec, density: Density) -
 
 def _place(scene: Scene, index: int) -> str:
     path = f"zones[{index}].{scene.zones[index].density_key}"
-    return f"{scene.mark(path)}: {path}"
+    return scene.named(path)

@@ -33,8 +33,8 @@ WIDE_SHARE = 1.0e-3
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
-    """What a zone asks for: sizes, mean volume of a sphere [m3], and number."""
+class Asked:
+    """What a zone asks for: sizes, mean volume of a sphere [m3], and number; None: until full."""
 
     sizes: Sizes
     mean_volume: float
@@ -47,7 +47,7 @@ class Amounts:
     def __init__(self, scene: Scene, container: Container) -> None:
         self._scene, self._container = scene, container
         self._fitted = getattr(scene.params, "fits_container", False)
-        self._zones = [_asked(zone, scene) for zone in scene.zones]
+        self._zones = [asked_of(zone, scene) for zone in scene.zones]
         self._remark = units_remark(
             scene,
             container,
@@ -64,7 +64,7 @@ class Amounts:
         smallest = min(zone.sizes.radius_min for zone in self._zones)
         if smallest > half:
             return [
-                f"{scene.mark('container')}: container: found {extent_text(bounds)}, but not one sphere fits "
+                f"{scene.named('container')}: found {extent_text(bounds)}, but not one sphere fits "
                 f"(smallest radius {smallest:.4g} m); expected a larger container or smaller spheres; "
                 f"{self._remark}"
             ]
@@ -75,7 +75,7 @@ class Amounts:
             if widest > 2.0 * half and share > WIDE_SHARE:
                 path = f"particle_sets[{index}]"
                 faults.append(
-                    f"{scene.mark(path)}: {path}: found spheres up to {widest:.4g} m wide, {share:.1%} of "
+                    f"{scene.named(path)}: found spheres up to {widest:.4g} m wide, {share:.1%} of "
                     f"the mass in spheres wider than the container, {width:.4g} m along {axis}; expected "
                     f"smaller ones; {self._remark}"
                 )
@@ -90,7 +90,7 @@ class Amounts:
             if count <= COUNT_LIMIT:
                 return []
             return [
-                f"{scene.mark(path)}: {path}: found {room:.4g} m3 to fill, about {count:.3g} spheres, "
+                f"{scene.named(path)}: found {room:.4g} m3 to fill, about {count:.3g} spheres, "
                 f"expected at most {COUNT_LIMIT:,}; {self._remark}"
             ]
         asked = zone.count * zone.mean_volume
@@ -105,7 +105,7 @@ class Amounts:
         unit = {"volume": " m3", "mass": " kg"}.get(key, "")
         most = f"{limit:.4g}{unit}" if unit else f"{int(limit):,}"
         return [
-            f"{scene.mark(f'{path}.{key}')}: {path}.{key}: found {getattr(spec, key):,.6g}{unit}, expected "
+            f"{scene.named(f'{path}.{key}')}: found {getattr(spec, key):,.6g}{unit}, expected "
             f"at most {most}: the zone has {room:.4g} m3, of which no {packing} of such spheres fills more "
             f"than {densest:.2f}, and a poured bed about {poured:.2f}; {self._remark}"
         ]
@@ -126,7 +126,7 @@ class Amounts:
         if solid <= densest * volume:
             return []
         return [
-            f"{self._scene.mark('zones')}: zones: found {solid:.4g} m3 of spheres in all of them together, "
+            f"{self._scene.named('zones')}: found {solid:.4g} m3 of spheres in all of them together, "
             f"expected at most {densest * volume:.4g} m3, {densest:.2f} of the container's {volume:.4g} m3; "
             "ask for fewer"
         ]
@@ -140,7 +140,7 @@ class Amounts:
             if zone.count is None and count > MANY:
                 path = f"zones[{index}]"
                 lines.append(
-                    f"{scene.mark(path)}: {path}: about {count:.3g} spheres will fill its {room:.4g} m3; "
+                    f"{scene.named(path)}: about {count:.3g} spheres will fill its {room:.4g} m3; "
                     f"{self._remark}"
                 )
         width, _ = narrowest(bounds, self._container.periodic)
@@ -148,7 +148,7 @@ class Amounts:
         counted = all(zone.count is not None for zone in self._zones)
         if counted and not self._fitted and VAST * widest < width < np.inf:
             lines.append(
-                f"{scene.mark('container')}: container: {extent_text(bounds)}, {width / widest:,.0f} times "
+                f"{scene.named('container')}: {extent_text(bounds)}, {width / widest:,.0f} times "
                 f"as wide as the largest sphere; {self._remark}"
             )
         return lines
@@ -160,7 +160,7 @@ class Amounts:
             GeometryError: It has none within the container.
         """
         path, zone = f"zones[{index}].location", self._zones[index]
-        place = f"{self._scene.mark(path)}: {path}"
+        place = self._scene.named(path)
         sizes = zone.sizes
         return room_of(self._container, own, sizes.radius_min, sizes.radius_max, place)
 
@@ -175,7 +175,7 @@ class Amounts:
             return densest_random(room, width, sizes)
         return densest_ordered(room, sizes)
 
-    def _filling_count(self, zone: _Asked, room: float, enough: float) -> float:
+    def _filling_count(self, zone: Asked, room: float, enough: float) -> float:
         """Return about how many spheres fill a volume [m3]; exact only above what is enough."""
         most = room / zone.mean_volume
         return most if most <= enough else most * poured_fraction(self._container, zone.sizes)
@@ -222,11 +222,12 @@ def checked_locations(
     return tuple(locations)
 
 
-def _asked(zone: ZoneSpec, scene: Scene) -> _Asked:
+def asked_of(zone: ZoneSpec, scene: Scene) -> Asked:
+    """Return what a zone asks for, on average over the laws of size."""
     sets = scene.particle_sets
     share = number_shares(zone, sets)
     bounds = [each.distribution.radius_bounds for each, part in zip(sets, share, strict=True) if part > 0.0]
     mean_volume = float(share @ mean_weights("volume", sets))
     smallest, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
     sizes = Sizes(*size_weights(share, sets), smallest, largest)
-    return _Asked(sizes, mean_volume, expected_count(zone, sets))
+    return Asked(sizes, mean_volume, expected_count(zone, sets))

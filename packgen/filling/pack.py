@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,11 +14,13 @@ from packgen.arrange.registry import find
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
 from packgen.bed import Bed, ParticleSet
+from packgen.container.load import load_container
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
-from packgen.filling.compacted import SLACK, aim_of, as_dense, falls
+from packgen.filling.compacted import SLACK, aim_of, as_dense, falls, friction_of
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.fit import checked_locations
+from packgen.filling.periods import check_periods
 from packgen.filling.remarks import remarks
 from packgen.filling.room import Locations
 from packgen.filling.softness import check_softness
@@ -25,15 +28,10 @@ from packgen.filling.tiles import in_tiles
 from packgen.geometry import Container, Shape, Slice, floor_direction
 from packgen.jamming import Jamming
 from packgen.portable import cube, length
+from packgen.scene.load import Scene, load_scene
 from packgen.supply.fitting import SumFit
 from packgen.supply.supply import Supply
 from packgen.version import __version__
-
-if TYPE_CHECKING:
-    from packgen.scene import Scene, ZoneSpec
-
-PERIOD_MIN = 4.0
-"""Least length of a periodic box, in largest radii."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +71,16 @@ class PackResult:
     warnings: tuple[str, ...] = ()
     jamming: Jamming | None = None
 
+    def _repr_html_(self) -> str:
+        """Return verdict and page, which notebooks show."""
+        from packgen.notebook import bed_html
+
+        return bed_html(self.bed, self.zones, self.warnings, self.jamming)
+
 
 def pack(
-    scene: Scene,
-    container: Container,
+    scene: Scene | Path | str | Mapping[str, Any],
+    container: Container | None = None,
     *,
     on_progress: Listener | None = None,
     threads: int | None = None,
@@ -88,8 +92,8 @@ def pack(
     """Fill the container as the scene says.
 
     Args:
-        scene: The scene.
-        container: Its container.
+        scene: The scene; or its file; or what that would say, as a mapping.
+        container: Its container; None: the one that the scene names.
         on_progress: Called after each batch.
         threads: Threads to use; None: the algorithm's choice. The bed does not depend on it.
         device: ``cpu``, or ``cuda`` for the plain torch form of the loops.
@@ -105,17 +109,23 @@ def pack(
 
     Raises:
         PackingError: Nothing can be placed, or a location or an amount makes no sense.
-        SceneError: The bed's weight would squeeze its spheres through each other, and the scene does not say
-            ``allow_soft``.
+        GeometryError: The container that the scene names cannot be read.
+        SceneError: The scene says what none can; or the bed's weight would squeeze its spheres through each
+            other, and it does not say ``allow_soft``.
     """
     _check_device(device)
-    scene = in_tiles(scene, shared=crew is not None)
-    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     warnings: list[str] = []
 
     def tell(line: str) -> None:
         warnings.append(line)
         warn(line)
+
+    if isinstance(scene, Path | str | Mapping):
+        scene = load_scene(scene)
+    if container is None:
+        container = load_container(scene, tell)
+    scene = in_tiles(scene, shared=crew is not None)
+    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
 
     # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
@@ -131,16 +141,17 @@ def pack(
     def make(core_fraction: float | None = None, number: int = 0) -> _Made:
         listener = _of_try(on_progress or no_listener, number)
         task = _task(asked, setting, locations, listener, crew or Alone(), core_fraction)
-        _check_periods(scene, container, task.zones)
-        made = algorithm(task)
-        outcome = made if isinstance(made, Outcome) else Outcome(made, container)
+        widest = (float(each.gap.half(np.array(each.supply.radius_max))) for each in task.zones)
+        check_periods(scene, container, max(widest))
+        arranged = algorithm(task)
+        outcome = arranged if isinstance(arranged, Outcome) else Outcome(arranged, container)
         return _Made(task.zones, outcome, _bed(scene, outcome))
 
     if aim is None:
         made = make()
         results = _results(made.outcome.spheres, made.zones, wanted)
     else:
-        if (warning := falls(aim, _friction(scene, scene.zones[0]))) is not None:
+        if (warning := falls(aim, friction_of(scene, scene.zones[0]))) is not None:
             tell(warning)
         made, reached = as_dense(aim, make)
         (result,) = _results(made.outcome.spheres, made.zones, wanted)
@@ -180,7 +191,7 @@ def _task(
     zones = []
     for index, zone in enumerate(scene.zones):
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
-        mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
+        mark, friction = scene.mark(f"zones[{index}]"), friction_of(scene, zone)
         zones.append(
             ZoneTask(
                 index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone),
@@ -208,37 +219,6 @@ def _results(
         )
         for zone, density in zip(zones, wanted, strict=True)
     )
-
-
-def _friction(scene: Scene, zone: ZoneSpec) -> float:
-    """Return the friction of the smoothest spheres of a zone."""
-    of_material = {each.name: each.friction for each in scene.materials}
-    shares = zip(scene.particle_sets, zone.set_proportions, strict=True)
-    return min(of_material[each.material or ""] for each, share in shares if share > 0.0)
-
-
-def _check_periods(scene: Scene, container: Container, zones: Sequence[ZoneTask]) -> None:
-    """Refuse a periodic box so short that a sphere meets another one twice."""
-    if not any(container.periodic):
-        return
-    place = f"{scene.mark('container.periodic')}: container.periodic"
-    lengths = container.bounds[1] - container.bounds[0]
-    fitted = getattr(scene.params, "fits_container", False)  # then the algorithm knows how long it becomes
-    least = PERIOD_MIN * max(float(zone.gap.half(np.array(zone.supply.radius_max))) for zone in zones)
-    faults = [
-        f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
-        f"{least:.4g} m, two diameters of the largest sphere, so that none meets another one twice; "
-        f"make it longer or leave {'xyz'[axis]} out"
-        for axis in np.flatnonzero(container.periodic)
-        if lengths[axis] < least and not fitted
-    ]
-    unsupported = getattr(scene.params, "unsupported", None)
-    faults += [
-        f"{scene.mark(path)}: {path}: {text}"
-        for path, text in ([] if unsupported is None else unsupported(container))
-    ]
-    if faults:
-        raise PackingError("\n".join(faults))
 
 
 def _check_device(device: str) -> None:

@@ -18,7 +18,7 @@ from packgen.supply.shares import mean_weights, number_shares, reached_amounts
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
 
-__all__ = ["PackedZone", "remarks"]
+__all__ = ["PackedZone", "remarks", "remarks_of_amounts"]
 
 SHARE_ERROR = 0.005
 """Deviation of a set's share in a zone that is tolerated for any number of spheres."""
@@ -69,15 +69,24 @@ def remarks(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> tuple[str, .
     return (
         *_hanging(scene, bed, zones),
         *_free_standing(scene, bed, zones),
-        *_off_sums(scene, zones),
-        *_without_spheres(scene, zones),
+        *remarks_of_amounts(scene, zones),
         *_off_shares(scene, bed, zones),
     )
 
 
+def remarks_of_amounts(scene: Scene, zones: Sequence[PackedZone]) -> tuple[str, ...]:
+    """Return a line for each thing that looks wrong in the spheres drawn, wherever they will be placed.
+
+    Args:
+        scene: The scene.
+        zones: Each of its zones, in their order.
+    """
+    return (*_off_sums(scene, zones), *_without_spheres(scene, zones))
+
+
 def _place(scene: Scene, zone: int) -> str:
     path = f"zones[{zone}]"
-    return f"{scene.mark(path)}: {path}"
+    return scene.named(path)
 
 
 def _hanging(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> list[str]:

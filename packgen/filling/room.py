@@ -162,11 +162,11 @@ def _points_within(shapes: Sequence[Shape | Slice], points: Float64Array) -> Flo
     """Return those of some points (N, 3) [m] that are within all of some shapes, (n, 3)."""
     # The cheapest first: a mesh tests only the points that the others leave.
     for shape in sorted(shapes, key=lambda each: isinstance(each, Mesh)):
-        points = points[_within(shape, points)]
+        points = points[within(shape, points)]
     return points
 
 
-def _within(shape: Shape | Slice, points: Float64Array) -> np.ndarray:
+def within(shape: Shape | Slice, points: Float64Array) -> np.ndarray:
     """Tell which points [m], shape (N, 3), are within a shape, shape (N,)."""
     if isinstance(shape, Mesh):
         return inside(shape.surface.vertices[shape.surface.faces], points)

@@ -92,9 +92,9 @@ def check_softness(scene: Scene, container: Container, *, for_solver: bool) -> l
     if found is None or found.overlap < OVERLAP_WARNING:
         return []
     location = ("materials", found.material, "youngs_modulus")
-    if not for_solver and location not in scene.marked.values:
+    if not for_solver and not scene.marked.states(location):
         return []
-    place = f"{scene.marked.place(location)}: materials.{found.material}.youngs_modulus"
+    place = scene.marked.named(location)
     modulus = next(each.youngs_modulus for each in scene.materials if each.name == found.material)
     line = (
         f"{place}: found {modulus:.3g} Pa, expected at least {_rounded_up(found.modulus_wanted):.2g} Pa: at "

@@ -30,7 +30,7 @@ def in_tiles(scene: Scene, *, shared: bool) -> Scene:
     if not hasattr(params, "tile") or instead is not None:
         name = instead or scene.algorithm
         raise PackingError(
-            f"{scene.mark('algorithm')}: algorithm: not supported yet with --workers, --scheduler or "
+            f"{scene.named('algorithm')}: not supported yet with --workers, --scheduler or "
             f"params.tile: found {name}, expected COLLECTIVE_ARRANGEMENT by projection; {REMEDY}"
         )
     if tile is not None:

@@ -1,4 +1,4 @@
-"""Advice where the unit of a mesh, or of a radius, seems wrong."""
+"""Advice where the unit of a mesh, or of a radius, seems wrong, and the guess where nobody has said it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 LIKELY = (3.0, 500.0)
 """Usual width of a container: at least in largest diameters, at most in smallest ones."""
 
+USUAL = (0.01, 50.0)
+"""Usual size of a container [m] where the spheres are not known."""
+
 
 def units_remark(scene: Scene, container: Container, radius_min: float, radius_max: float) -> str:
     """Return what to check where container and spheres do not go together.
@@ -32,24 +35,43 @@ def units_remark(scene: Scene, container: Container, radius_min: float, radius_m
     spec = scene.container
     if spec.path is None:
         return "check the units of the container's lengths and of the radii"
-    extent = container.bounds[1] - container.bounds[0]
-    fitting = []
-    for name, scale in LENGTHS.items():
-        width = float(extent.min()) * scale / spec.scale
-        if (
-            name != spec.units
-            and LIKELY[0] < width / (2.0 * radius_max)
-            and width / (2.0 * radius_min) < LIKELY[1]
-        ):
-            fitting.append((abs(np.log10(scale)) % 3.0 > 0.0, name, extent * scale / spec.scale))
+    extent = (container.bounds[1] - container.bounds[0]) / spec.scale
+    fitting = [
+        name for name in likely_units(float(extent.min()), radius_min, radius_max) if name != spec.units
+    ]
     found = f"{spec.path.name} is read in `units: {spec.units}`"
     if not fitting:
         return f"{found}; check them, and the units of the radii"
-    # Metres and millimetres are what nearly all meshes are in.
-    fitting.sort(key=lambda each: each[0])
-    size = extent_text(np.stack([np.zeros(3), fitting[0][2]]))
-    others = "".join(f" or {each[1]}" for each in fitting[1:])
-    return f"{found}: did you mean {fitting[0][1]} ({size}){others}?"
+    size = extent_text(np.stack([np.zeros(3), extent * LENGTHS[fitting[0]]]))
+    others = "".join(f" or {each}" for each in fitting[1:])
+    return f"{found}: did you mean {fitting[0]} ({size}){others}?"
+
+
+def likely_units(width: float, radius_min: float, radius_max: float) -> list[str]:
+    """Return the units in which a container has a usual width for its spheres, likeliest first.
+
+    Args:
+        width: Its least extent, in the unit sought.
+        radius_min: Smallest radius [m].
+        radius_max: Largest radius [m].
+    """
+    fitting = [
+        name
+        for name, scale in LENGTHS.items()
+        if LIKELY[0] < width * scale / (2.0 * radius_max) and width * scale / (2.0 * radius_min) < LIKELY[1]
+    ]
+    return sorted(fitting, key=_rarity)
+
+
+def usual_units(size: float) -> list[str]:
+    """Return the units in which a container of some largest extent is a usual vessel, likeliest first."""
+    fitting = [name for name, scale in LENGTHS.items() if USUAL[0] <= size * scale <= USUAL[1]]
+    return sorted(fitting, key=_rarity)
+
+
+def _rarity(unit: str) -> bool:
+    """Return whether a unit is a rare one: metres and millimetres are what nearly all meshes are in."""
+    return bool(abs(np.log10(LENGTHS[unit])) % 3.0 > 0.0)
 
 
 def extent_text(bounds: Float64Array) -> str:

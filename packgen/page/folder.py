@@ -11,8 +11,10 @@ from typing import Any
 from packgen.errors import PackgenError
 from packgen.page.figures import side_by_side
 from packgen.page.html import comparison_html, report_html
+from packgen.page.names import bed_name
 from packgen.page.picture import write_pictures
 from packgen.page.spheres import read_spheres, view_data
+from packgen.reading.known import known_by_provenance
 from packgen.resultfolder import MANIFEST, PAGE
 
 COMPARISON = "compare.html"
@@ -38,7 +40,8 @@ def report_folder(folder: Path) -> Path:
     """
     report = read_report(folder)
     direction = report["settings"].get("settings", {}).get("gravity_direction")
-    view = view_data(read_spheres(folder / "bed.npz", direction))
+    container = known_by_provenance(report["settings"], meshes=True).container
+    view = view_data(read_spheres(folder / "bed.npz", direction, container))
     _list(folder, PAGE)
     return write_page(folder, folder.resolve().name, view)
 
@@ -75,14 +78,15 @@ def write_page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:
 
     Args:
         folder: The folder.
-        name: What the bed is called.
+        name: Name of the folder that it will have.
         view: What `packgen.page.spheres.view_data` gives.
 
     Returns:
         The page.
     """
     validation = _read(folder / VALIDATION) if (folder / VALIDATION).exists() else {}
-    _replace(folder / PAGE, report_html(name, read_report(folder), validation, view))
+    report = read_report(folder)
+    _replace(folder / PAGE, report_html(bed_name(report, name), report, validation, view))
     return folder / PAGE
 
 

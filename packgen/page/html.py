@@ -48,7 +48,7 @@ def report_html(
     sets = [each["name"] for each in report["sets"]]
     colours = [("set", "set"), ("zone", "zone"), ("batch", "batch"), ("radius", "radius")]
     one_size = view["radius_max"] - view["radius_min"] <= 1e-9 * view["radius_max"]
-    return _environment().get_template("report.html.j2").render(
+    return environment().get_template("report.html.j2").render(
         name=name,
         report={"warnings": [], **report},  # older versions had none
         figures=key_figures(report),
@@ -61,8 +61,8 @@ def report_html(
         colour="set" if len(sets) > 1 else "batch" if one_size else "radius",
         facts=_facts(report),
         settings=json.dumps(report["settings"], indent=2, ensure_ascii=False),
-        report_data=_inside_script(report),
-        view_data=_inside_script({**view, "sets": sets}),
+        report_data=inside_script(report),
+        view_data=inside_script({**view, "sets": sets}),
     )  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def comparison_html(names: Sequence[str], reports: Sequence[Mapping[str, Any]]) 
     for name, report in zip(names, reports, strict=True):
         for plot in plots(report, {}):
             by_title.setdefault(plot.title, []).append((name, _safe(plot)))
-    return _environment().get_template("compare.html.j2").render(
+    return environment().get_template("compare.html.j2").render(
         names=names,
         rows=side_by_side(reports),
         plots=list(by_title.items()),
@@ -136,7 +136,8 @@ def _wanted(asked: int | None) -> str:
     return "as many as fit" if asked is None else f"{asked:,} asked for"
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Return the environment of the pages' templates."""
     environment = Environment(
         loader=FileSystemLoader(template_root(), encoding="utf-8"),
         undefined=StrictUndefined,
@@ -160,7 +161,7 @@ def _safe(plot: Plot) -> Plot:
     return replace(plot, svg=Markup(plot.svg))
 
 
-def _inside_script(content: Mapping[str, Any]) -> Markup:
+def inside_script(content: Mapping[str, Any]) -> Markup:
     """Return JSON that cannot end the script element around it."""
     # Python writes NaN, which no browser reads.
     finite = json.loads(json.dumps(content), parse_constant=lambda _: None)

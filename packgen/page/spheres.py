@@ -15,6 +15,7 @@ from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bed import Bed
 from packgen.bedfile import load_columns
 from packgen.errors import PackgenError
+from packgen.geometry import Container
 from packgen.measure import against_gravity
 
 SHOWN_MAX = 480_000  # spheres in a page: 4.5 MB of text
@@ -22,6 +23,7 @@ PLACES = 65_535  # steps of a coordinate in a page
 SIZES = 255  # steps of the logarithm of a radius in a page
 
 BATCHES_MAX = 4_000  # batches that a page tells apart
+FRAME_MAX = 1.5  # how far the picture reaches beyond a bed for the sake of its vessel, in sizes of the bed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,6 +37,7 @@ class Spheres:
         zone_index: Zone of each sphere, shape (N,), int32.
         batch_index: Batch of each sphere, shape (N,), int32.
         up: Unit vector against gravity, shape (3,), float64.
+        container: The vessel; None: not known.
     """
 
     position: Float64Array
@@ -43,21 +46,26 @@ class Spheres:
     zone_index: Int32Array
     batch_index: Int32Array
     up: Float64Array
+    container: Container | None = None
 
 
 def spheres_of(bed: Bed) -> Spheres:
     """Return the spheres of a bed."""
     return Spheres(
-        bed.position, bed.radius, bed.set_index, bed.zone_index, bed.batch_index, against_gravity(bed)
-    )
+        bed.position, bed.radius, bed.set_index, bed.zone_index, bed.batch_index, against_gravity(bed),
+        bed.container if bed.container.walls_known else None,
+    )  # fmt: skip
 
 
-def read_spheres(path: Path, gravity_direction: Sequence[float] | None) -> Spheres:
+def read_spheres(
+    path: Path, gravity_direction: Sequence[float] | None, container: Container | None = None
+) -> Spheres:
     """Read ``bed.npz``.
 
     Args:
         path: The file.
         gravity_direction: Where things fall; None: along -z.
+        container: The vessel; None: not known.
 
     Raises:
         PackgenError: The file is missing, or was not written by packgen.
@@ -73,7 +81,7 @@ def read_spheres(path: Path, gravity_direction: Sequence[float] | None) -> Spher
         ) from error
     return Spheres(
         found.position, found.radius, found.set_index, found.zone_index, found.batch_index,
-        up / float(np.linalg.norm(up)) + 0.0,
+        up / float(np.linalg.norm(up)) + 0.0, container,
     )  # fmt: skip
 
 
@@ -93,7 +101,8 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         which come first; ``half``, half the bed's extents [m]; ``span``, half the extents of the centres [m];
         ``radius_min`` and ``radius_max`` [m]; ``labels``, runs of spheres as (count, set, zone, batch); and
         as base64: ``place`` uint16 (x, y, z), from -span to span, and ``size`` uint8, from the smallest
-        radius to the largest.
+        radius to the largest. Of a vessel that is known, ``outlines`` (see `packgen.page.outline.line_data`),
+        and ``frame``, ``middle`` and ``half`` of what is to be seen [m].
     """
     sound = np.flatnonzero(
         np.isfinite(spheres.position).all(axis=1) & np.isfinite(spheres.radius) & (spheres.radius > 0.0)
@@ -104,7 +113,8 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
     if len(sound):
         low = (position - radius[:, None]).min(axis=0)
         high = (position + radius[:, None]).max(axis=0)
-    position = position - 0.5 * (low + high)
+    middle = 0.5 * (low + high)
+    position = position - middle
     chosen = np.arange(len(sound)) if len(sound) <= limit else faithful_part(position, radius, limit)
     position, radius, own = position[chosen], radius[chosen], sound[chosen]
     inside = np.ones(len(radius), dtype=bool)
@@ -128,6 +138,27 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         "labels": _runs(np.stack([inside, group, zone, batch], axis=1)[order]),
         "place": _base64(np.rint(PLACES * place).astype("<u2")),
         "size": _base64(np.rint(SIZES * share[order]).astype("u1")),
+        **_vessel(spheres, low, high),
+    }
+
+
+def _vessel(spheres: Spheres, low: Float64Array, high: Float64Array) -> dict[str, Any]:
+    """Return outlines and frame of a view whose bed has some bounds, (3,) each, in the view's frame [m]."""
+    if spheres.container is None:
+        return {}
+    from packgen.page.outline import CONTAINER, line_data, outline
+
+    middle = 0.5 * (low + high)
+    lines = outline(spheres.container.surface, spheres.up)
+    ends = (lines @ upright_frame(spheres.up).T).reshape(-1, 3)
+    first, last = np.minimum(low, ends.min(axis=0)), np.maximum(high, ends.max(axis=0))
+    # A small bed in a large vessel is what is looked at: the vessel then reaches beyond the picture.
+    size = np.maximum(high - low, 1e-300)
+    first, last = np.maximum(first, low - FRAME_MAX * size), np.minimum(last, high + FRAME_MAX * size)
+    frame = {"middle": (0.5 * (first + last) - middle).tolist(), "half": (0.5 * (last - first)).tolist()}
+    return {
+        "frame": frame,
+        "outlines": [line_data("container", CONTAINER, lines, spheres.up, middle)],
     }
 
 

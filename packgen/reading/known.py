@@ -12,6 +12,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Material, ParticleSet
 from packgen.geometry import Container
+from packgen.geometry.scaling import scaled_container
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -59,22 +60,29 @@ def known_by_scene(scene: Scene, container: Container) -> Known:
     )
 
 
-def known_by_provenance(provenance: Mapping[str, Any]) -> Known:
+def known_by_provenance(provenance: Mapping[str, Any], *, meshes: bool = False) -> Known:
     """Return what ``bed.npz`` says of the run that made it; nothing where it has no settings of a scene.
 
     Walls are known where they were a primitive; the mesh of others is not in the file.
+
+    Args:
+        provenance: What it says.
+        meshes: Whether to read the mesh of walls from its own file, where that is still there.
     """
     settings = provenance.get("settings")
     if not isinstance(settings, Mapping) or "particle_sets" not in settings:
         return Known()
     try:
-        return _known_by_settings(provenance, settings)
+        return _known_by_settings(provenance, settings, meshes=meshes)
     except (KeyError, TypeError, ValueError, AttributeError):  # of another version, or by somebody else
         return Known()
 
 
-def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any]) -> Known:
+def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any], *, meshes: bool) -> Known:
     direction = np.asarray(settings["gravity_direction"], np.float64)
+    container = _vessel(settings["container"], direction, meshes=meshes)
+    if container is not None:  # a jammed bed has given its vessel the size that it needs
+        container = scaled_container(container, float(provenance.get("jamming", {}).get("factor", 1.0)))
     return Known(
         source="the file's provenance",
         particle_sets=tuple(
@@ -83,22 +91,24 @@ def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any
         ),
         materials=tuple(Material(**each) for each in settings["materials"]),
         wall_material=settings["wall_material"],
-        container=_primitive(settings["container"], direction),
+        container=container,
         gravity=direction * float(settings["gravity"]) + 0.0,
         tolerance=provenance.get("settled", {}).get("tolerance", settings["params"].get("tolerance", 1.0e-6)),
         provenance=provenance,
     )
 
 
-def _primitive(settings: Mapping[str, Any], direction: Float64Array) -> Container | None:
-    if settings.get("path") is not None:
+def _vessel(settings: Mapping[str, Any], direction: Float64Array, *, meshes: bool) -> Container | None:
+    mesh = settings.get("path") is not None
+    if mesh and not meshes:
         return None
     from packgen.container.load import container_of
     from packgen.scene.models import ContainerSpec
 
     letters = [axis for axis, wraps in zip("xyz", settings.get("periodic", ()), strict=False) if wraps]
+    other = {"periodic"} if mesh else {"units", "shape", "periodic"}
     spec = ContainerSpec.model_validate(
-        {name: value for name, value in settings.items() if name not in {"units", "shape", "periodic"}}
+        {name: value for name, value in settings.items() if name not in other}
         | ({"periodic": letters} if letters else {})
     )
     return container_of(spec, direction, lambda path: path)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from packgen.scene.yamlmarks import Key, Location, MarkedData, path_text
+from packgen.scene.yamlmarks import Key, Location, MarkedData, joined, path_text
 from packgen.values import Where
 
 __all__ = ["Fault", "Said", "faults_of", "known_keys", "lines_of"]
@@ -45,18 +45,12 @@ class Fault:
 
 def lines_of(faults: Iterable[Fault], marked: MarkedData) -> list[str]:
     """Return one line a fault, in the order of the file."""
-
-    def order(fault: Fault) -> tuple[int, int]:
-        mark = marked.mark(fault.location, key=fault.at_key)
-        return (mark.line, mark.column) if mark else (0, 0)
-
-    ordered = sorted(faults, key=order)
+    ordered = sorted(faults, key=lambda fault: marked.order(fault.location, key=fault.at_key))
     lines = []
     for fault in ordered[:LINE_LIMIT]:
         path = path_text(tuple(_short(each) if isinstance(each, str) else each for each in fault.location))
-        where = f"{path}: " if path else ""
-        place = marked.place(fault.location, key=fault.at_key)
-        lines.append(f"{place}: {where}found {_shown(fault.found)}, expected {fault.expected}")
+        place = joined(marked.place(fault.location, key=fault.at_key), path)
+        lines.append(f"{place}: found {_shown(fault.found)}, expected {fault.expected}")
     if len(ordered) > LINE_LIMIT:
         lines.append(f"{marked.name}: found {len(ordered) - LINE_LIMIT} faults more, expected none")
     return list(dict.fromkeys(lines))

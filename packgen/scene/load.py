@@ -5,7 +5,7 @@ Example: ``load_scene(Path("furnace.yaml")).mark("zones[1].location.path")`` is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from packgen.arrange.registry import DEFAULT, find
 from packgen.bed import Material
 from packgen.errors import PackingError, SceneError
+from packgen.scene.changes import Change, changed, parse_change, plain_data
 from packgen.scene.checks import across, fill_proportions, of_amounts
 from packgen.scene.document import FreeParams, SceneFile, scene_file
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
@@ -28,6 +29,9 @@ from packgen.values import Unit3
 __all__ = ["DEFAULT_MATERIAL", "Scene", "load_scene"]
 
 DEFAULT_MATERIAL = "default"
+
+NO_FILE = "scene"
+"""What a scene that no file holds is called."""
 
 TOLERANCE = 1.0e-6
 """Largest overlap of a bed whose algorithm has no tolerance, as a fraction of the smaller radius."""
@@ -70,6 +74,10 @@ class Scene:
     validation: ValidationSpec
     marked: MarkedData = field(repr=False, compare=False)
 
+    def named(self, path: str) -> str:
+        """Return ``file:line:column: path`` of a value such as ``zones[1].location``, each said once."""
+        return self.marked.named(path_location(path))
+
     def mark(self, path: str) -> str:
         """Return ``file:line:column`` of a value such as ``zones[1].location``, or of what is around it."""
         return self.marked.place(path_location(path))
@@ -92,20 +100,24 @@ class Scene:
         }
 
 
-def load_scene(path: Path) -> Scene:
-    """Read a scene file.
+def load_scene(source: Path | str | Mapping[str, Any], changes: Sequence[str | Change] = ()) -> Scene:
+    """Read a scene file, or take what it would say.
 
     Args:
-        path: The YAML file; paths in it start at its folder.
+        source: The YAML file; paths in it start at its folder. Or its content as a mapping; paths in it
+            start at the current folder.
+        changes: Values in place of the scene's, each ``KEY=VALUE`` such as ``zones[0].n_particles=500``, the
+            value as YAML.
 
     Returns:
         The scene.
 
     Raises:
         SceneError: The file cannot be read, or says what no scene can; all faults at once, one line each,
-            ``file:line:column: path: found, expected``.
+            ``file:line:column: path: found, expected``, or ``--set path: found, expected``.
     """
-    marked = read_yaml(Path(path), spell=_spell)
+    path, marked = _document(source)
+    marked, wrong = _changed(marked, changes)
     data = marked.data
     if not isinstance(data, dict):
         raise SceneError(
@@ -115,18 +127,38 @@ def load_scene(path: Path) -> Scene:
     faults = across(data)
     data = data | {"params": {} if data.get("params") is None else data["params"]}
     try:
-        document = model.model_validate(data, context={"folder": Path(path).parent})
+        document = model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         faults += faults_of(error, model, data)
-        faults += _hidden_faults(data, faults, model, Path(path).parent)
-        raise SceneError(lines_of(_without_echoes(faults + unknown), marked)) from error
+        faults += _hidden_faults(data, faults, model, path.parent)
+        raise SceneError([*wrong, *lines_of(_without_echoes(faults + unknown), marked)]) from error
     faults += unknown
     if not faults:
         zones = fill_proportions(document)
         faults = of_amounts(document, zones)
-    if faults:
-        raise SceneError(lines_of(faults, marked))
-    return _scene(Path(path), document, zones, marked)
+    if faults or wrong:
+        raise SceneError([*wrong, *lines_of(faults, marked)])
+    return _scene(path, document, zones, marked)
+
+
+def _document(source: Path | str | Mapping[str, Any]) -> tuple[Path, MarkedData]:
+    """Return the path of a scene, and what it says."""
+    if isinstance(source, Mapping):
+        return Path(NO_FILE), MarkedData(NO_FILE, plain_data(source))
+    return Path(source), read_yaml(Path(source), spell=_spell)
+
+
+def _changed(marked: MarkedData, changes: Sequence[str | Change]) -> tuple[MarkedData, list[str]]:
+    """Return a document with changes, and a line for each change that cannot be made."""
+    made: list[Change] = []
+    wrong: list[str] = []
+    for each in changes:
+        try:
+            made.append(parse_change(each, spell=_spell) if isinstance(each, str) else each)
+        except SceneError as error:
+            wrong += error.problems
+    marked, lost = changed(marked, made)
+    return marked, wrong + lost
 
 
 def _model(data: dict[str, Any]) -> tuple[type[SceneFile], list[Fault]]:

@@ -37,6 +37,7 @@ from packgen.values import (
     Unit3,
     WholeNumber,
     fault,
+    plainly,
 )
 
 __all__ = [
@@ -238,9 +239,9 @@ def _by_unit(value: Any) -> Any:
     return {"length" if isinstance(value, str) else "radii": value}
 
 
-ShareOfSpace = Annotated[FractionSpec, BeforeValidator(_by_value)]
-RatioOfVoids = Annotated[RatioSpec, BeforeValidator(_by_value)]
-LeastGap = Annotated[GapSpec, BeforeValidator(_by_unit)]
+ShareOfSpace = Annotated[FractionSpec, BeforeValidator(_by_value), plainly(InnerFraction)]
+RatioOfVoids = Annotated[RatioSpec, BeforeValidator(_by_value), plainly(Positive)]
+LeastGap = Annotated[GapSpec, BeforeValidator(_by_unit), plainly(NonNegativeLength)]
 
 
 class ZoneSpec(Keys):
@@ -250,8 +251,9 @@ class ZoneSpec(Keys):
         n_particles: Number of spheres; without this, another amount and a fraction: until the zone is full.
         volume: Solid volume [m3].
         mass: Mass [kg].
-        solid_fraction: Volume of the spheres over that of the zone, walls included; the number of spheres
-            follows. Algorithm DISPERSED.
+        solid_fraction: Volume of the spheres over that of the zone, walls included. With DISPERSED the number
+            of spheres follows. COLLECTIVE_ARRANGEMENT makes the bed of the only zone as loose or dense,
+            beside an amount too.
         porosity: The same, by the share of the voids.
         void_ratio: The same, by the volume of the voids over that of the spheres.
         gap: Least distance between surfaces, of spheres and of walls: a number of radii, or a length with its

@@ -22,7 +22,10 @@ import yaml
 
 from packgen.errors import SceneError
 
-__all__ = ["Key", "Location", "Mark", "MarkedData", "parse_yaml", "path_location", "path_text", "read_yaml"]
+__all__ = [
+    "Key", "Location", "Mark", "MarkedData", "joined", "parse_yaml", "path_location", "path_text",
+    "read_yaml",
+]  # fmt: skip
 
 SIZE_LIMIT = 2_000_000  # bytes; radii by the million belong into a file of their own
 NODE_LIMIT = 100_000
@@ -63,15 +66,17 @@ class MarkedData:
         data: The document.
         values: Place of each value, by its path.
         keys: Place of each mapping key, by the path of its value.
+        given: What messages call the place of a value that is not the file's, by its path.
     """
 
     name: str
     data: Any
     values: dict[Location, Mark] = field(default_factory=dict)
     keys: dict[Location, Mark] = field(default_factory=dict)
+    given: dict[Location, str] = field(default_factory=dict)
 
     def mark(self, location: Location, *, key: bool = False) -> Mark | None:
-        """Return the place of a value (or of its key), else of the nearest value around it."""
+        """Return the place of a value (or of its key) in the file, else of the nearest value around it."""
         if key and location in self.keys:
             return self.keys[location]
         for end in range(len(location), 0, -1):
@@ -84,8 +89,40 @@ class MarkedData:
 
     def place(self, location: Location, *, key: bool = False) -> str:
         """Return ``file:line:column`` of a value, or only the file where nothing is known."""
+        given = self._given(location)
+        if given is not None:
+            return given
         mark = self.mark(location, key=key)
         return f"{self.name}:{mark.line}:{mark.column}" if mark else self.name
+
+    def named(self, location: Location, *, key: bool = False) -> str:
+        """Return the place of a value and its path, ``file:line:column: path``, each said once."""
+        return joined(self.place(location, key=key), path_text(location))
+
+    def states(self, location: Location) -> bool:
+        """Return whether the document has a value there."""
+        here = self.data
+        for part in location:
+            in_list = isinstance(here, list) and isinstance(part, int) and part < len(here)
+            if not in_list and not (isinstance(here, dict) and part in here):
+                return False
+            here = here[part]
+        return True
+
+    def order(self, location: Location, *, key: bool = False) -> tuple[int, int]:
+        """Return what sorts values as they stand in the file, those first that are not the file's."""
+        given = self._given(location)
+        if given is not None:
+            return (0, list(self.given.values()).index(given))
+        mark = self.mark(location, key=key)
+        return (mark.line, mark.column) if mark else (0, 0)
+
+    def _given(self, location: Location) -> str | None:
+        """Return what the place of a value that is not the file's is called; None: it is the file's."""
+        for end in range(len(location), 0, -1):
+            if location[:end] in self.given:
+                return self.given[location[:end]]
+        return None
 
 
 def path_text(location: Location) -> str:
@@ -94,6 +131,11 @@ def path_text(location: Location) -> str:
     for part in location:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
     return text
+
+
+def joined(place: str, path: str) -> str:
+    """Return ``place: path``; a place such as ``--set zones[0].mass`` has said its path already."""
+    return place if not path or place.endswith(f" {path}") else f"{place}: {path}"
 
 
 def path_location(text: str) -> Location:

@@ -20,8 +20,10 @@
   for (const [run, ...names] of data.labels) for (const end = filled + run; filled < end; filled++) label.set(names, 3 * filled);
   const start = {azimuth: -0.5, elevation: 0.3, zoom: 1, x: 0, y: 0};
   const camera = {...start};
-  const choice = {};
-  for (const name of ["colour", "cut", "cut-at", "cut-says"]) choice[name] = document.getElementById(name);
+  const choice = {}, absent = {value: "set", setAttribute() {}, addEventListener() {}};  // a plan has no such choice
+  for (const name of ["colour", "cut", "cut-at", "cut-says"]) choice[name] = document.getElementById(name) || absent;
+  const frame = data.frame || {half: data.half, middle: [0, 0, 0]};  // what is to be seen, bed and outlines
+  const outlines = (data.outlines || []).map(each => ({...each, ends: new Float32Array(bytes(each.ends))}));
   const kinds = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#777777"];
   const ramp = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
   const channels = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
@@ -65,6 +67,7 @@
             `${name}${Number(low.toPrecision(4))} to ${Number(high.toPrecision(4))}${unit}`);
       say.firstChild.firstChild.style.width = "6em";
     }
+    for (const each of outlines) entry(each.colour, each.name);
     draw(1);
   }
 
@@ -87,9 +90,10 @@
     const se = Math.sin(camera.elevation), ce = Math.cos(camera.elevation);
     // Rows of the turned frame: right, up, towards the viewer; the bed's y points away, its z up.
     const rx = ca, ry = sa, vx = sa * ce, vy = -ca * ce, vz = se, ux = -sa * se, uy = ca * se, uz = ce;
-    const half = data.half, flat = Math.hypot(half[0], half[1]);
-    const scale = camera.zoom * 0.94 / Math.max(flat / (width / 2), (half[2] * ce + flat * Math.abs(se)) / (height / 2), 1e-30);
-    const across = width / 2 + camera.x * width, down = height / 2 + camera.y * height;
+    const half = data.half, whole = frame.half, flat = Math.hypot(whole[0], whole[1]), [mx, my, mz] = frame.middle;
+    const scale = camera.zoom * 0.94 / Math.max(flat / (width / 2), (whole[2] * ce + flat * Math.abs(se)) / (height / 2), 1e-30);
+    const across = width / 2 + camera.x * width - (rx * mx + ry * my) * scale;
+    const down = height / 2 + camera.y * height + (ux * mx + uy * my + uz * mz) * scale;
     const cut = choice.cut.checked, plane = half[1] * (choice["cut-at"].value / 50 - 1) * scale;
     // The part with y below the plane is taken away: its outward direction in the turned frame.
     const a = -ry, b = -uy, c = -vy;
@@ -138,9 +142,35 @@
         }
       }
     }
+    for (const each of outlines) {
+      const [lr, lg, lb] = channels(each.colour), colour = 0xff000000 | lb << 16 | lg << 8 | lr, ends = each.ends;
+      const turned = at => {
+        const x = ends[at] * scale, y = ends[at + 1] * scale, z = ends[at + 2] * scale;
+        return [across + rx * x + ry * y, down - (ux * x + uy * y + uz * z), vx * x + vy * y + vz * z];
+      };
+      for (let at = 0; at < ends.length; at += 6) line(turned(at), turned(at + 3), width, height, colour);
+    }
     context.putImageData(image, 0, 0);
     canvas.dataset.azimuth = camera.azimuth.toFixed(3);
     canvas.dataset.drawn = String(Number(canvas.dataset.drawn || 0) + 1);
+  }
+
+  // A line where no sphere is nearer; what lies outside the picture is left out first.
+  function line([ax, ay, az], [bx, by, bz], width, height, colour) {
+    let from = 0, to = 1;
+    for (const [start, step, most] of [[ax, bx - ax, width - 1], [ay, by - ay, height - 1]]) {
+      if (step === 0) { if (start < 0 || start > most) return; continue; }
+      const first = -start / step, last = (most - start) / step;
+      from = Math.max(from, Math.min(first, last)); to = Math.min(to, Math.max(first, last));
+    }
+    if (from > to) return;
+    const steps = Math.max(Math.ceil((to - from) * Math.max(Math.abs(bx - ax), Math.abs(by - ay))), 1);
+    for (let step = 0; step <= steps; step++) {
+      const t = from + (to - from) * step / steps;
+      const column = Math.min(Math.max(Math.round(ax + t * (bx - ax)), 0), width - 1);
+      const at = Math.min(Math.max(Math.round(ay + t * (by - ay)), 0), height - 1) * width + column;
+      if (az + t * (bz - az) + 1 >= depth[at]) pixels[at] = colour;
+    }
   }
 
   // Coarse while it moves on a slow machine, fine again soon after.

@@ -204,3 +204,25 @@ def test_what_looks_wrong_is_shown(tmp_path):
     report = json.loads((folder / "report.json").read_text())
     (folder / "report.json").write_text(json.dumps(report | {"warnings": ["the <mesh> was mended"]}))
     assert "the &lt;mesh&gt; was mended" in report_folder(folder).read_text(encoding="utf-8")
+
+
+def test_a_page_is_titled_by_its_scene_and_its_folder_where_that_has_another_name(tmp_path):
+    for folder, title in (("furnace", "furnace"), ("out", "furnace, out")):
+        (tmp_path / folder).mkdir()
+        lattice_folder(tmp_path / folder, provenance={"scene": "furnace.yaml", "settings": {}})
+        text = report_folder(tmp_path / folder).read_text(encoding="utf-8")
+        assert f"<title>{title}: complete - packgen</title>" in text
+        assert f"<h1>Bed of {title}</h1>" in text
+
+
+def test_a_page_made_again_has_the_outline_of_walls_that_are_a_form(tmp_path):
+    from packgen.filling.pack import pack
+
+    scene = {
+        "container": {"cylinder": {"radius": 1, "height": 3}},
+        "particle_sets": [{"radius_distribution": "constant", "radius": 0.3}],
+        "zones": [{"n_particles": 20}],
+    }
+    result_folder(tmp_path, pack(scene).bed)
+    view = json.loads(Page(report_folder(tmp_path).read_text(encoding="utf-8")).scripts["view-data"])
+    assert view["outlines"][0]["name"] == "container"

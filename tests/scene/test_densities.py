@@ -48,7 +48,10 @@ def test_settings_that_shaped_the_bed_can_be_read_again(tmp_path: Path) -> None:
 
 def test_faults_of_densities_are_told_with_all_others(tmp_path: Path) -> None:
     found = problems(
-        tmp_path, BOX + SETS + "seed: -1\nzones:\n  - {solid_fraction: 0.3}\n  - {gap: 1, mass: -1}\n"
+        tmp_path,
+        BOX
+        + SETS
+        + "seed: -1\nalgorithm: JAMMED\nzones:\n  - {solid_fraction: 0.3}\n  - {gap: 1, mass: -1}\n",
     )
     starts = [each.split(": found")[0].split(": ")[1] for each in found]
     assert starts == ["seed", "zones[0].solid_fraction", "zones[1].gap", "zones[1].mass"]

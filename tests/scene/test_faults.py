@@ -69,7 +69,7 @@ FAULTS = [
     ("zones: [{location: {slice: {axis: x, min_bound: 1, max_bound: 0}}}]", "max_bound: found 0.0, expected more"),
     ("zones: [{location: {slice: {axis: x, min_bound: 1}}}]", "slice.max_bound: found nothing, expected this key"),
     ("zones: [{location: {periodic: [x], sphere: {radius: 1}}}]", "location.periodic: found an unknown key"),
-    ("zones: [{solid_fraction: 0.5}]", "zones[0].solid_fraction: found 0.5, expected none: not supported yet by COLLECTIVE_ARRANGEMENT"),
+    ("algorithm: JAMMED\nzones: [{solid_fraction: 0.5}]", "zones[0].solid_fraction: found 0.5, expected none: not supported yet by JAMMED"),
     ("algorithm: ADAM\nzones: [{porosity: 0.5}]", "zones[0].porosity: found 0.5, expected none: not supported yet by ADAM; leave it out, or take"),
     ("zones: [{gap: 0.1}]", "zones[0].gap: found 0.1, expected none: not supported yet by COLLECTIVE_ARRANGEMENT; leave it out"),
     ("algorithm: DISPERSED\nzones: [{solid_fraction: 1}]", "zones[0].solid_fraction: found 1, expected a number greater than 0 and below 1"),
