@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from packgen.amounts import ZoneOutcome, zone_counts
-from packgen.check import Check, Checker
+from packgen.check import Check, Checker, wall_clearance
+from packgen.check.naming import FaultNamer
 from packgen.errors import ReadError
 from packgen.measure.fraction import against_gravity
 from packgen.measure.sizes import SizeLaw, sizes_of_classes
@@ -25,9 +28,25 @@ def check_pieces(bed: PieceBed) -> Check:
         What `packgen.check.check_bed` finds of the bed in one piece, to the last digit.
     """
     check = Checker(bed.tolerance)
-    for part in bed.parts(2.0 * SLACK * max(bed.census.radius_max)):
-        check.add(part)
+    for part in bed.parts(_reach(bed)):
+        check.add(part, None if bed.container.walls_known else np.full(part.own, np.inf))
     return check.result()
+
+
+def faults_in_pieces(bed: PieceBed) -> tuple[str, ...]:
+    """Return the lines of `packgen.check.naming.named_faults` for a bed in pieces."""
+    if bed.tolerance is None:
+        return ()
+    namer = FaultNamer(bed.tolerance)
+    for part in bed.parts(_reach(bed)):
+        own = part.bed.position[: part.own], part.bed.radius[: part.own]
+        known = bed.container.walls_known
+        namer.add(part, wall_clearance(bed.container, *own) if known else np.full(part.own, np.inf))
+    return namer.result()
+
+
+def _reach(bed: PieceBed) -> float:
+    return 2.0 * SLACK * max(bed.census.radius_max)
 
 
 def measure_pieces(

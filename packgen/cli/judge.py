@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
-from packgen.cli.exports import Format, check_formats, outlook_of_bed, write_decks
+from packgen.cli.exports import Format, check_formats, check_whole, outlook_of_bed, write_decks
 from packgen.cli.files import FileOptions, file_options
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.plan import find_formats
@@ -20,7 +20,7 @@ from packgen.stopping import held
 
 if TYPE_CHECKING:  # a wrong option must not wait for scipy
     from exporters.protocol import Place
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed
     from packgen.geometry import Container
     from packgen.reading import SphereFile
     from packgen.report import Measures
@@ -64,6 +64,8 @@ def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> 
         with watch.stage("read"), explained(said):
             spheres, bed, place = _read(options, said)
         refuse_unknown(options.file, bed, {need for each in formats.values() for need in each.exporter.NEEDS})
+        if options.pieces:
+            check_whole(formats, bed.count)
         if formats:
             check_formats(formats, outlook_of_bed(bed, place))
         judged = _judge(spheres, bed, options, said, watch)
@@ -84,25 +86,35 @@ def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> 
     return code
 
 
-def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile, Bed, Place]:
+def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile | None, AnyBed, Place]:
     """Return the file's spheres, the bed with all that is known of it, and where values of its scene are.
 
     Raises:
         PackgenError: The file is not what it claims, or does not fit the scene.
     """
-    from packgen.reading import complete_bed, read_spheres, rounding_remark
+    from packgen.reading import complete_bed, read_pieces, read_spheres, rounding_remark
 
     scene, container = _load(options, said)
+    place: Place = (lambda _location: str(options.file)) if scene is None else scene.marked.place
+    if options.pieces:
+        pieces = read_pieces(options.file, container, scene=scene, density=options.density, warn=said.append)
+        return None, replace(pieces, tolerance=_tolerance(options, pieces.tolerance)), place
     spheres = read_spheres(options.file, step=options.step, units=options.units)
     bed = complete_bed(
         spheres, container, scene=scene, density=options.density, units=options.units, warn=said.append
     )
-    tolerance = bed.tolerance if options.tolerance is None else options.tolerance
-    bed = replace(bed, tolerance=tolerance if options.judged else None)
+    bed = replace(bed, tolerance=_tolerance(options, bed.tolerance))
     remark = rounding_remark(spheres, bed.tolerance)
     if remark is not None:
         said.append(remark)
-    return spheres, bed, (lambda _location: str(options.file)) if scene is None else scene.marked.place
+    return spheres, bed, place
+
+
+def _tolerance(options: FileOptions, of_bed: float | None) -> float | None:
+    """Return the largest overlap that is no fault; None: none is one."""
+    if not options.judged:
+        return None
+    return of_bed if options.tolerance is None else options.tolerance
 
 
 def _load(options: FileOptions, said: list[str]) -> tuple[Scene | None, Container | None]:
@@ -122,34 +134,56 @@ def _load(options: FileOptions, said: list[str]) -> tuple[Scene | None, Containe
 
 
 def _judge(
-    spheres: SphereFile, bed: Bed, options: FileOptions, said: Sequence[str], watch: Stopwatch
+    spheres: SphereFile | None, bed: AnyBed, options: FileOptions, said: Sequence[str], watch: Stopwatch
 ) -> _Judged:
     """Check and measure the bed."""
     import numpy as np
 
+    from packgen.bed import Bed
     from packgen.check import check_bed, wall_clearance
     from packgen.check.naming import named_faults
     from packgen.measure.order import WALL_REACH
     from packgen.report import measure_bed
 
+    if not isinstance(bed, Bed):
+        return _judge_pieces(bed, said, watch)
     with watch.stage("check"):
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         # Walls that are not known are not judged; near the box in their place a bed is not the bed's own.
         judged = clearance if bed.container.walls_known else np.full(bed.count, np.inf)
         check = check_bed(bed, judged)
-        named = () if check.within_tolerance else named_faults(bed, judged, spheres.id)
+        named = (
+            ()
+            if check.within_tolerance
+            else named_faults(bed, judged, None if spheres is None else spheres.id)
+        )
     with watch.stage("measure"):
         measures = measure_bed(bed, check=check, clearance=clearance, threads=options.threads)
     return _Judged(measures, named, tuple(said))
 
 
+def _judge_pieces(bed: AnyBed, said: Sequence[str], watch: Stopwatch) -> _Judged:
+    """Check and measure a bed in pieces."""
+    from packgen.pieces import PieceBed
+    from packgen.report_in_pieces import check_pieces, faults_in_pieces, measure_pieces
+
+    assert isinstance(bed, PieceBed)
+    with watch.stage("check"):
+        check = check_pieces(bed)
+        named = () if check.within_tolerance or check.invalid_count else faults_in_pieces(bed)
+    with watch.stage("measure"):
+        return _Judged(measure_pieces(bed, check), named, tuple(said))
+
+
 def _write(
-    bed: Bed, formats: Mapping[str, Format], folder: ResultFolder, watch: Stopwatch
+    bed: AnyBed, formats: Mapping[str, Format], folder: ResultFolder, watch: Stopwatch
 ) -> tuple[str, ...]:
     """Write the bed, and in each format; return a line for each one that could not be written."""
+    from packgen.bed import Bed
     from packgen.bedfile import save_bed
 
-    with watch.stage("write"):
-        save_bed(bed, folder.path / "bed.npz")
+    if isinstance(bed, Bed):  # pieces stay where they are
+        with watch.stage("write"):
+            save_bed(bed, folder.path / "bed.npz")
     with watch.stage("export"):
         return write_decks(bed, folder.path, formats)

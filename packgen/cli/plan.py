@@ -51,6 +51,8 @@ def make_plan(options: RunOptions) -> Plan:
         raise PackgenError("--workers: found with --scheduler; leave one of them out")
     if options.resume and not options.shared:
         raise PackgenError("--resume: found without --workers or --scheduler; add the one of the first run")
+    if options.pieces:
+        _check_pieces(options)
     scene = load_scene(options.scene)
     if options.seed is not None:
         scene = replace(scene, seed=options.seed)
@@ -60,6 +62,17 @@ def make_plan(options: RunOptions) -> Plan:
         scene = in_tiles(scene, shared=True)
     refuse_unreadable([options.target.resolve().name])
     return Plan(scene, formats, solvers, options.target)
+
+
+def _check_pieces(options: RunOptions) -> None:
+    """Refuse what goes with no bed in pieces."""
+    if not options.shared:
+        raise PackgenError("--pieces: found without --workers or --scheduler; add one of them")
+    for name, found in (("--validate", options.validate), ("--picture", options.picture)):
+        if found:
+            raise PackgenError(
+                f"--pieces: found with {name}, which takes the whole bed; leave one of them out"
+            )
 
 
 def _solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:

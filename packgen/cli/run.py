@@ -10,11 +10,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from packgen.cli.crews import crew_of, parts_of
 from packgen.cli.ending import EXIT_INTERRUPTED, Ending
-from packgen.cli.exports import check_formats, outlook_of, write_decks
+from packgen.cli.exports import check_formats, check_whole, outlook_of, write_decks
 from packgen.cli.options import RunOptions
 from packgen.cli.plan import Plan, make_plan
 from packgen.cli.progress import Share, show_progress
@@ -27,7 +28,8 @@ from packgen.stopping import held, unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.arrange.crew import Crew
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed
+    from packgen.filling.in_pieces import PiecesResult
     from packgen.filling.pack import PackResult
     from packgen.geometry import Container
     from packgen.report import Measures, Report
@@ -57,10 +59,10 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         plan = make_plan(options)
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder:
-        vessel = _load(plan, watch)
+        vessel = _load(plan, watch, in_pieces=options.pieces)
         parts = parts_of(options)
         with crew_of(options, plan.scene, parts, ending) as crew:
-            packed = _pack(plan.scene, vessel, options, watch, crew)
+            packed = _pack(plan.scene, vessel, options, watch, crew, folder.path)
         measures = _measure(plan.scene, packed, options.threads, watch)
         unwritten = _write(packed.bed, plan, folder, watch)
         verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
@@ -84,7 +86,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     return code
 
 
-def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
+def _load(plan: Plan, watch: Stopwatch, *, in_pieces: bool) -> _Vessel:
     """Load the container, and let formats refuse it before the run.
 
     Raises:
@@ -97,6 +99,9 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
         container = load_container(plan.scene, mended.append)
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
+        if in_pieces:
+            amounts = [zone.n_particles for zone in plan.scene.zones]
+            check_whole(plan.formats, sum(each or 0 for each in amounts))
     for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
     return _Vessel(container, tuple(mended), for_solver)
 
@@ -118,9 +123,10 @@ def warn(line: str) -> None:
 
 
 def _pack(
-    scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch, crew: Crew | None
-) -> PackResult:
+    scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch, crew: Crew | None, folder: Path
+) -> PackResult | PiecesResult:
     """Fill the container; warnings are shown while there is time to stop the run."""
+    from packgen.filling.in_pieces import pack_in_pieces
     from packgen.filling.pack import pack
 
     with (
@@ -128,6 +134,11 @@ def _pack(
         show_progress(sys.stderr, quiet=options.quiet) as listener,
         explained(vessel.mended),
     ):
+        if options.pieces and crew is not None:
+            return pack_in_pieces(
+                scene, vessel.container, folder, crew=crew, on_progress=listener, threads=options.threads,
+                warn=warn, for_solver=vessel.for_solver,
+            )  # fmt: skip
         return pack(
             scene,
             vessel.container,
@@ -140,37 +151,51 @@ def _pack(
         )
 
 
-def _measure(scene: Scene, packed: PackResult, threads: int | None, watch: Stopwatch) -> Measures:
+def _measure(
+    scene: Scene, packed: PackResult | PiecesResult, threads: int | None, watch: Stopwatch
+) -> Measures:
     """Check and measure the bed."""
     from packgen.check import check_bed, wall_clearance
     from packgen.measure.order import WALL_REACH
+    from packgen.pieces import PieceBed
     from packgen.report import measure_bed
+    from packgen.report_in_pieces import check_pieces, measure_pieces
 
-    bed = packed.bed
+    bed, laws = packed.bed, [each.distribution for each in scene.particle_sets]
+    if isinstance(bed, PieceBed):
+        with watch.stage("check"):
+            check = check_pieces(bed)
+        with watch.stage("measure"):
+            return measure_pieces(bed, check, zones=packed.zones, laws=laws)
     with watch.stage("check"):
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
     with watch.stage("measure"):
-        laws = [each.distribution for each in scene.particle_sets]
         return measure_bed(
             bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads,
             jamming=packed.jamming,
         )  # fmt: skip
 
 
-def _write(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tuple[str, ...]:
+def _write(bed: AnyBed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tuple[str, ...]:
     """Write bed and decks; return a line for each deck that could not be written."""
+    from packgen.bed import Bed
     from packgen.bedfile import save_bed
 
-    with watch.stage("write"):
-        save_bed(bed, folder.path / "bed.npz")
+    if isinstance(bed, Bed):  # pieces are written already
+        with watch.stage("write"):
+            save_bed(bed, folder.path / "bed.npz")
     with watch.stage("export"):
         return write_decks(bed, folder.path, plan.formats)
 
 
-def _validate(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool) -> Verdict | None:
+def _validate(
+    bed: AnyBed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool
+) -> Verdict | None:
     """Let solvers confirm the decks; None where none is asked."""
-    if not plan.solvers:
+    from packgen.bed import Bed
+
+    if not plan.solvers or not isinstance(bed, Bed):
         return None
     from packgen.validation import Limits, validate_decks
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.registry import find
-from packgen.arrange.spheres import Spheres
-from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
+from packgen.arrange.task import Algorithm, Listener, Outcome, Setting, Task, ZoneTask, no_listener
+from packgen.arrays import Float64Array
 from packgen.bed import Bed, ParticleSet
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
@@ -104,6 +104,53 @@ def pack(
         SceneError: The bed's weight would squeeze its spheres through each other, and the scene does not say
             ``allow_soft``.
     """
+    ready = prepared(
+        scene, container, on_progress=on_progress, threads=threads, device=device, warn=warn,
+        for_solver=for_solver, crew=crew,
+    )  # fmt: skip
+    zones = ready.task.zones
+    made = ready.algorithm(ready.task)
+    outcome = made if isinstance(made, Outcome) else Outcome(made, container)
+    spheres = outcome.spheres
+    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
+    solid = np.bincount(spheres.zone_index, UNIT_VOLUME * cube(spheres.radius), len(zones)).tolist()
+    bed, results = _bed(ready.scene, outcome), zone_results(ready, placed, solid)
+    return PackResult(bed, results, (*ready.warnings, *remarks(ready.asked, bed, results)), outcome.jamming)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Prepared:
+    """A scene before its first sphere is placed.
+
+    Attributes:
+        scene: The scene as it is packed.
+        asked: The scene with the amounts that its densities ask for.
+        wanted: The solid fraction that each zone asks for; None: none.
+        algorithm: What packs it.
+        task: What the algorithm is given.
+        warnings: A line for each thing that looks wrong.
+    """
+
+    scene: Scene
+    asked: Scene
+    wanted: Sequence[Density | None]
+    algorithm: Algorithm
+    task: Task
+    warnings: tuple[str, ...]
+
+
+def prepared(
+    scene: Scene,
+    container: Container,
+    *,
+    on_progress: Listener | None,
+    threads: int | None,
+    device: str,
+    warn: Callable[[str], None],
+    for_solver: bool,
+    crew: Crew | None,
+) -> Prepared:
+    """Draw a scene's spheres and do all else that comes before the first one is placed; see `pack`."""
     _check_device(device)
     scene = in_tiles(scene, shared=crew is not None)
     algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
@@ -123,12 +170,8 @@ def pack(
     down = gravity / length(gravity) if down is None else down
     setting = Setting(container, down, scene.params, threads, device)
     task = _task(asked, setting, locations, on_progress or no_listener, crew or Alone())
-    zones = task.zones
-    _check_periods(scene, container, zones)
-    made = algorithm(task)
-    outcome = made if isinstance(made, Outcome) else Outcome(made, container)
-    bed, results = _bed(scene, outcome), _results(outcome.spheres, zones, wanted)
-    return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)), outcome.jamming)
+    _check_periods(scene, container, task.zones)
+    return Prepared(scene, asked, wanted, algorithm, task, tuple(warnings))
 
 
 def _task(
@@ -148,11 +191,8 @@ def _task(
     return Task(setting, tuple(zones), np.random.default_rng(first), on_progress, crew)
 
 
-def _results(
-    spheres: Spheres, zones: Sequence[ZoneTask], wanted: Sequence[Density | None]
-) -> tuple[ZoneResult, ...]:
-    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
-    solid = np.bincount(spheres.zone_index, UNIT_VOLUME * cube(spheres.radius), len(zones)).tolist()
+def zone_results(ready: Prepared, placed: Sequence[int], solid: Sequence[float]) -> tuple[ZoneResult, ...]:
+    """Return the outcome of each zone, by its number of spheres and their solid volume [m3]."""
     return tuple(
         ZoneResult(
             zone.supply.asked,
@@ -164,7 +204,7 @@ def _results(
             None if density is None else density.fraction,
             None if density is None else solid[zone.index] / density.room,
         )
-        for zone, density in zip(zones, wanted, strict=True)
+        for zone, density in zip(ready.task.zones, ready.wanted, strict=True)
     )
 
 
@@ -212,21 +252,35 @@ def _check_device(device: str) -> None:
 
 def _bed(scene: Scene, outcome: Outcome) -> Bed:
     spheres = outcome.spheres
-    sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
-    provenance: dict[str, Any] = {
+    provenance = provenance_of(scene)
+    if outcome.jamming is not None:
+        provenance["jamming"] = asdict(outcome.jamming)
+    return Bed(
+        spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
+        sets_of(scene), scene.materials, scene.wall_material, outcome.container, gravity_of(scene),
+        scene.tolerance,
+        provenance,
+        spheres.body_index,
+    )  # fmt: skip
+
+
+def sets_of(scene: Scene) -> tuple[ParticleSet, ...]:
+    """Return the particle sets of a scene, as a bed has them."""
+    return tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
+
+
+def gravity_of(scene: Scene) -> Float64Array:
+    """Return the acceleration of gravity of a scene [m/s2], shape (3,)."""
+    # No negative zeros.
+    return np.asarray(np.asarray(scene.gravity_direction, float) * scene.gravity + 0.0)
+
+
+def provenance_of(scene: Scene) -> dict[str, Any]:
+    """Return what a bed says of the scene that it was made from."""
+    return {
         "packgen": __version__,
         "scene": scene.path.name,
         "seed": scene.seed,
         "algorithm": scene.algorithm,
         "settings": scene.model_dump(),
     }
-    if outcome.jamming is not None:
-        provenance["jamming"] = asdict(outcome.jamming)
-    return Bed(
-        spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
-        sets, scene.materials, scene.wall_material, outcome.container,
-        np.asarray(scene.gravity_direction, float) * scene.gravity + 0.0,  # no negative zeros
-        scene.tolerance,
-        provenance,
-        spheres.body_index,
-    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The manifest of a bed in pieces: which files there are, which spheres they have, and what is known of them."""
+"""The manifest of a bed in pieces: its files, the spheres that they have, and what is known of them."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ def read_manifest(path: Path) -> Manifest:
         raise ReadError(f"{path}: found no JSON ({error}), expected a manifest; {REMEDY}") from error
     if found.get("version") != VERSION:
         raise ReadError(
-            f"{path}: found version {found.get('version')} of a bed in pieces, expected {VERSION}; read it with "
-            f"packgen {found.get('packgen')}"
+            f"{path}: found version {found.get('version')} of a bed in pieces, expected {VERSION}; "
+            f"read it with packgen {found.get('packgen')}"
         )
     try:
         pieces = tuple(_piece(each) for each in found["pieces"])
@@ -132,8 +132,8 @@ def _check(path: Path, manifest: Manifest) -> None:
     for each in manifest.pieces:
         if each.offset != number or each.count < 1:
             raise ReadError(
-                f"{path}: {each.file}: found {each.count} spheres from number {each.offset} on, expected some from "
-                f"{number} on; {REMEDY}"
+                f"{path}: {each.file}: found {each.count} spheres from number {each.offset} on, expected "
+                f"some from {number} on; {REMEDY}"
             )
         if Path(each.file).is_absolute() or ".." in Path(each.file).parts:
             raise ReadError(f"{path}: found the file {each.file}, expected one below the manifest; {REMEDY}")
