@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,10 +12,10 @@ from packgen.check import Check, Checker, wall_clearance
 from packgen.check.naming import FaultNamer
 from packgen.errors import ReadError
 from packgen.measure.fraction import against_gravity
-from packgen.measure.sizes import SizeLaw, sizes_of_classes
+from packgen.measure.sizes import SizeLaw, Sizes, sizes_of_classes
 from packgen.pieces import PieceBed
 from packgen.pieces.measure import measured
-from packgen.pieces.survey import survey
+from packgen.pieces.survey import RadiusClasses, survey
 from packgen.report import Measures
 
 SLACK = 1.0 + 1.0e-9
@@ -49,6 +50,16 @@ def _reach(bed: PieceBed) -> float:
     return 2.0 * SLACK * max(bed.census.radius_max)
 
 
+def _sizes(bed: PieceBed, place: int, classes: RadiusClasses, law: SizeLaw | None) -> Sizes | None:
+    """Return the sizes of a set; only its curves hang on classes of radii."""
+    name, census = bed.particle_sets[place].name, bed.census
+    found = sizes_of_classes(name, classes.radius, classes.number.astype(np.float64), law)
+    if found is None:
+        return None
+    mean = float(census.radius_sum[place] / census.counts[place])
+    return replace(found, radius_min=census.radius_min[place], radius_mean=mean)
+
+
 def measure_pieces(
     bed: PieceBed,
     check: Check,
@@ -78,8 +89,8 @@ def measure_pieces(
     found = measured(bed, known, up, overlaps=overlaps)
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
     compared = [
-        sizes_of_classes(each.name, classes.radius, classes.number.astype(float), law)
-        for each, classes, law in zip(bed.particle_sets, known.classes, by_law, strict=True)
+        _sizes(bed, place, classes, law)
+        for place, (classes, law) in enumerate(zip(known.classes, by_law, strict=True))
     ]
     return Measures(
         sphere_count=bed.count,

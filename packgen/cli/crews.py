@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
 from packgen.cli.options import RunOptions
+from packgen.stopping import tidied
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for numba
     from packgen.arrange.crew import Crew
@@ -15,13 +16,23 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for numba
     from packgen.workers.parts import Parts
 
 
-def parts_of(options: RunOptions) -> Parts | None:
-    """Return the folder of the parts that a run leaves until its results are there; None: it leaves none."""
+@contextmanager
+def parts_of(options: RunOptions) -> Iterator[Parts | None]:
+    """Give the folder of the parts that a run leaves until its results are there; None: it leaves none.
+
+    It is the run's own until the end, once it is opened.
+    """
     if not options.shared:
-        return None
+        yield None
+        return
     from packgen.workers.parts import Parts
 
-    return Parts.beside(options.target)
+    parts = Parts.beside(options.target)
+    try:
+        with tidied(parts.unlock):
+            yield parts
+    finally:
+        parts.unlock()
 
 
 @contextmanager

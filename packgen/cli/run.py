@@ -58,9 +58,8 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     with watch.stage("scene"):
         plan = make_plan(options)
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
-    with folder:
+    with folder, parts_of(options) as parts:
         vessel = _load(plan, watch, in_pieces=options.pieces)
-        parts = parts_of(options)
         with crew_of(options, plan.scene, parts, ending) as crew:
             packed = _pack(plan.scene, vessel, options, watch, crew, folder.path)
         measures = _measure(plan.scene, packed, options.threads, watch)

@@ -41,8 +41,9 @@ class Coordination:
         plateau_high: Largest gap of the plateau; None where there is none.
         rattlers: Share of the spheres that their contacts at the middle of the plateau cannot hold, taken out
             one after the other: what only such spheres hold is not held. Under gravity three contacts are
-            needed, one of them below the centre; without gravity four. None without a plateau.
-        plateau_held: Contacts a sphere there without the rattlers and their contacts; None without a plateau.
+            needed, one of them below the centre; without gravity four. None without a plateau, and of a bed
+            in pieces.
+        plateau_held: Contacts a sphere there without the rattlers and their contacts; None likewise.
     """
 
     gap: tuple[float, ...]

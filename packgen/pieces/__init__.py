@@ -4,11 +4,11 @@ No step holds the whole bed. The number of a sphere is that of the first one of 
 has, and its place in the piece.
 """
 
-from packgen.pieces.bed import GATHERED_MAX, PieceBed
+from packgen.pieces.bed import GATHERED_MAX, PieceBed, read_gathered
 from packgen.pieces.manifest import MANIFEST, Manifest, Piece, is_manifest, read_manifest
 from packgen.pieces.write import PieceWriter, in_pieces
 
 __all__ = [
     "GATHERED_MAX", "MANIFEST", "Manifest", "Piece", "PieceBed", "PieceWriter", "in_pieces", "is_manifest",
-    "read_manifest",
+    "read_gathered", "read_manifest",
 ]  # fmt: skip

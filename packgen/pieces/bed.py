@@ -17,7 +17,7 @@ from packgen.bed import Bed, Census, Container, Head, Material, ParticleSet
 from packgen.bedfile import Columns, load_columns
 from packgen.errors import ReadError
 from packgen.part import Part
-from packgen.pieces.manifest import Piece
+from packgen.pieces.manifest import Piece, read_manifest
 
 NAMES = ("position", "radius", "set_index", "zone_index", "batch_index")
 NOTHING = Columns(np.zeros((0, 3)), np.zeros(0), *(np.zeros(0, np.int32) for _ in range(3)))
@@ -145,25 +145,53 @@ class PieceBed(Head):
         return [self.pieces[place] for place in np.flatnonzero(meets).tolist()]
 
     def _columns(self, piece: Piece) -> Columns:
-        path = self.folder / piece.file
-        try:
-            columns = load_columns(path)
-        except FileNotFoundError:
-            raise ReadError(
-                f"{path}: found no such piece of the bed, expected one; make the bed anew"
-            ) from None
-        except DAMAGED as error:
-            reason = " ".join(str(error).split())
-            raise ReadError(f"{path}: found a damaged piece ({reason}), expected a whole one") from error
-        shapes = [(piece.count, 3), *[(piece.count,)] * 4]
-        sets = columns.set_index
-        fits = [getattr(columns, name).shape for name in NAMES] == shapes
-        if not fits or sets.min() < 0 or sets.max() >= len(self.particle_sets):
-            raise ReadError(
-                f"{path}: found other spheres than the manifest says, expected {piece.count:,} of its sets; "
-                "make the bed anew"
-            )
-        return columns
+        return read_piece(self.folder / piece.file, piece.count, len(self.particle_sets))
+
+
+def read_piece(path: Path, count: int, sets: int) -> Columns:
+    """Read the columns of a piece.
+
+    Args:
+        path: Its file.
+        count: How many spheres it has.
+        sets: How many sets they are of at most.
+
+    Raises:
+        ReadError: The file is not there, or not the one that was written.
+    """
+    try:
+        columns = load_columns(path)
+    except FileNotFoundError:
+        raise ReadError(f"{path}: found no such piece of the bed, expected one; make the bed anew") from None
+    except DAMAGED as error:
+        reason = " ".join(str(error).split())
+        raise ReadError(
+            f"{path}: found a damaged piece ({reason}), expected a whole one; make the bed anew"
+        ) from error
+    fits = [getattr(columns, name).shape for name in NAMES] == [(count, 3), *[(count,)] * 4]
+    if not fits or columns.set_index.min() < 0 or columns.set_index.max() >= sets:
+        raise ReadError(
+            f"{path}: found other spheres than the manifest says, expected {count:,} of its sets; make the "
+            "bed anew"
+        )
+    return columns
+
+
+def read_gathered(path: Path) -> Columns:
+    """Read the columns of a whole bed in pieces by its manifest.
+
+    Raises:
+        ReadError: It cannot be read, or has too many spheres to be gathered.
+    """
+    manifest = read_manifest(path)
+    census = manifest.census
+    if census.count > GATHERED_MAX:
+        raise ReadError(
+            f"{path}: found a bed in pieces of {census.count:,} spheres, expected at most {GATHERED_MAX:,}"
+        )
+    pieces = [read_piece(path.parent / each.file, each.count, len(census.counts)) for each in manifest.pieces]
+    columns = [np.concatenate([getattr(each, name) for each in pieces or [NOTHING]]) for name in NAMES]
+    return Columns(*columns)
 
 
 def _chosen(columns: Columns, chosen: BoolArray | slice) -> Columns:

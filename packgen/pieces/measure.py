@@ -191,7 +191,7 @@ def _standing(bed: PieceBed) -> Standing | None:
     if not can_be_judged(bed):
         return None
     if bed.count <= WHOLE_MAX:
-        return stands_by(bed.gathered(), GAP, None)
+        return stands_by(bed.every(1), GAP, None)
     some = bed.every(sample_step(bed.count))
     chosen = np.unique(
         np.concatenate([_nearest(bed, each) for each in block_centres(some.position, some.radius, bed.down)])

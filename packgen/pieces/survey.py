@@ -1,6 +1,6 @@
 """What is found of a bed in pieces without any sphere's neighbours: sizes, amounts, heights, its top.
 
-Of radii the distinct ones are counted. Where they are very many, those that differ by less than a millionth
+Of radii the distinct ones are counted. Where they are very many, those that differ by less than `WIDTH`
 become one class, so that no more than some megabytes are held.
 """
 
@@ -17,8 +17,8 @@ from packgen.measure.fraction import TOP_SHARE
 from packgen.measure.volumes import sphere_volume
 from packgen.pieces.bed import PieceBed
 
-CLASSES_MAX = 1_000_000
-WIDTH = 1.0e-6  # of a class of radii, as a fraction
+CLASSES_MAX = 200_000
+WIDTH = 1.0e-5  # of a class of radii, as a fraction
 HEIGHTS = 65_536  # classes of height in which the top is sought
 
 
