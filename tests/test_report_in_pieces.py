@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict, fields, replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
+import exporters
 from packgen.check import check_bed
 from packgen.geometry import Cone, Polyhedron
-from packgen.pieces import in_pieces
+from packgen.pieces import PieceBed, in_pieces
 from packgen.pieces.measure import LEFT_OUT
 from packgen.pieces.survey import RadiusClasses
 from packgen.report import Measures, measure_bed
@@ -174,3 +176,41 @@ def test_of_very_many_radii_classes_are_kept_that_hold_the_steps_of_a_law():
     assert found.number[-1] >= 1000
     below = np.searchsorted(radius, found.radius, side="right")
     assert np.array_equal(np.cumsum(found.number), below)
+
+
+@pytest.mark.parametrize("step", ["check", "measure", "csv", "liggghts", "lammps", "yade", "extxyz", "vtk"])
+def test_what_a_step_holds_does_not_grow_with_the_number_of_pieces(tmp_path, step, monkeypatch):
+    # Samples are as large for each bed; here they are small beside a piece.
+    monkeypatch.setattr(import_module("packgen.measure.standing"), "SAMPLE", 100)
+    monkeypatch.setattr("packgen.pieces.measure.BLOCK_SIZE", 20)
+    monkeypatch.setattr("packgen.pieces.measure.center_step", lambda count: count // 100)
+    held = []
+    bed_of = PieceBed.bed_of
+    monkeypatch.setattr(
+        PieceBed,
+        "bed_of",
+        lambda self, parts, *chosen: held.append(sum(map(len_of, parts))) or bed_of(self, parts, *chosen),
+    )
+    most = []
+    for length in (5, 10):
+        box = box_container(np.zeros(3), np.array([16.0, 16.0, 16.0 * length]))
+        cube = cubic_lattice(8, 1.0)
+        shifts = [np.array([0.0, 0.0, 16.0 * each]) for each in range(length)]
+        position = np.concatenate([cube + shift for shift in shifts])
+        pieces, _ = split(make_bed(position, 0.999, box), tmp_path / str(length), 500)
+        assert len(pieces.pieces) == length
+        held.clear()
+        if step == "check":
+            check_pieces(pieces)
+        elif step == "measure":
+            measure_pieces(pieces, replace(check_pieces(pieces), overlap_count=1))
+        else:
+            exporter = exporters.get(step)
+            (tmp_path / f"{step}_{length}").mkdir()
+            exporter.write(pieces, tmp_path / f"{step}_{length}", exporter.Options())
+        most.append(max(held))
+    assert most[1] <= 1.05 * most[0] < 0.6 * 8**3 * 5
+
+
+def len_of(columns):
+    return len(columns.radius)

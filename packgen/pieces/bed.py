@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -104,15 +104,15 @@ class PieceBed(Head):
                 numbers.append(other.offset + np.flatnonzero(near))
         return Part(self.bed_of(found), piece.count, np.concatenate(numbers))
 
-    def in_box(self, low: Float64Array, high: Float64Array) -> tuple[Bed, Int64Array]:
-        """Return the spheres with centres in a box, as a bed, and their numbers, (N,), rising."""
+    def in_box(self, low: Float64Array, high: Float64Array) -> tuple[Columns, Int64Array]:
+        """Return the columns of the spheres with centres in a box, and their numbers, (N,), rising."""
         found, numbers = [], [np.zeros(0, np.int64)]
         for piece in self._meeting(low, high):
             columns = self._columns(piece)
             near = _inside(columns.position, low, high)
             found.append(_chosen(columns, near))
             numbers.append(piece.offset + np.flatnonzero(near))
-        return self.bed_of(found), np.concatenate(numbers)
+        return joined(found), np.concatenate(numbers)
 
     def every(self, step: int) -> Bed:
         """Return the spheres whose numbers are multiples of a step, in their order."""
@@ -127,14 +127,12 @@ class PieceBed(Head):
         """Return the whole bed."""
         return self.every(1)
 
-    def bed_of(self, parts: list[Columns]) -> Bed:
-        """Return spheres as a bed that has all else of this one."""
-        parts = parts or [NOTHING]
-        position, radius, set_index, zone_index, batch_index = (
-            np.concatenate([getattr(each, name) for each in parts]) for name in NAMES
-        )
+    def bed_of(self, parts: Sequence[Columns], chosen: Int64Array | None = None) -> Bed:
+        """Return spheres, or those of some places among them, as a bed that has all else of this one."""
+        columns = joined(parts)
+        found = columns if chosen is None else _chosen(columns, chosen)
         return Bed(
-            position, radius, set_index, zone_index, batch_index,
+            found.position, found.radius, found.set_index, found.zone_index, found.batch_index,
             self.particle_sets, self.materials, self.wall_material, self.container, self.gravity,
             self.tolerance, self.provenance,
         )  # fmt: skip
@@ -190,11 +188,15 @@ def read_gathered(path: Path) -> Columns:
             f"{path}: found a bed in pieces of {census.count:,} spheres, expected at most {GATHERED_MAX:,}"
         )
     pieces = [read_piece(path.parent / each.file, each.count, len(census.counts)) for each in manifest.pieces]
-    columns = [np.concatenate([getattr(each, name) for each in pieces or [NOTHING]]) for name in NAMES]
-    return Columns(*columns)
+    return joined(pieces)
 
 
-def _chosen(columns: Columns, chosen: BoolArray | slice) -> Columns:
+def joined(parts: Sequence[Columns]) -> Columns:
+    """Return the spheres of several columns in those of one."""
+    return Columns(*(np.concatenate([getattr(each, name) for each in parts or [NOTHING]]) for name in NAMES))
+
+
+def _chosen(columns: Columns, chosen: BoolArray | Int64Array | slice) -> Columns:
     return Columns(*(getattr(columns, name)[chosen] for name in NAMES))
 
 

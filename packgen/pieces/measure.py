@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import Float64Array
+from packgen.arrays import Float64Array, Int64Array
+from packgen.bedfile import Columns
 from packgen.check import wall_clearance
 from packgen.measure.close_packing import ClosePacking, beside_close_packing
 from packgen.measure.contacts import ContactCounter, Contacts, Gaps
@@ -193,45 +194,46 @@ def _standing(bed: PieceBed) -> Standing | None:
     if bed.count <= WHOLE_MAX:
         return stands_by(bed.every(1), GAP, None)
     some = bed.every(sample_step(bed.count))
-    chosen = np.unique(
-        np.concatenate([_nearest(bed, each) for each in block_centres(some.position, some.radius, bed.down)])
-    )
-    # All that may touch a chosen sphere is in the box around them, a reach wider.
-    reach = 2.0 * (1.0 + GAP) * max(bed.census.radius_max)
-    position = np.concatenate([each for _, each in _of_numbers(bed, chosen)])
-    around, number = bed.in_box(position.min(axis=0) - reach, position.max(axis=0) + reach)
+    centres = block_centres(some.position, some.radius, bed.down)
+    blocks = [_around(bed, *_nearest(bed, each)) for each in centres]
+    number, first = np.unique(np.concatenate([each.number for each in blocks]), return_index=True)
+    around = bed.bed_of([each.columns for each in blocks], first)
+    chosen = np.concatenate([each.chosen for each in blocks])
     return stands_by(around, GAP, np.isin(number, chosen))
 
 
-def _nearest(bed: PieceBed, centre: Float64Array) -> np.ndarray:
-    """Return the numbers of the spheres nearest to a point by the largest coordinate, (n,)."""
+@dataclass(frozen=True, eq=False, slots=True)
+class _Block:
+    """The numbers of chosen spheres, and numbers and columns of all that may touch them."""
+
+    chosen: Int64Array
+    number: Int64Array
+    columns: Columns
+
+
+def _around(bed: PieceBed, chosen: Int64Array, position: Float64Array) -> _Block:
+    """Return a block by its spheres' numbers (n,) and centres [m], (n, 3)."""
+    reach = 2.0 * (1.0 + GAP) * max(bed.census.radius_max)
+    columns, number = bed.in_box(position.min(axis=0) - reach, position.max(axis=0) + reach)
+    return _Block(chosen, number, columns)
+
+
+def _nearest(bed: PieceBed, centre: Float64Array) -> tuple[Int64Array, Float64Array]:
+    """Return numbers and centres of the spheres nearest to a point by the largest coordinate."""
     size = min(BLOCK_SIZE, bed.count)
-    best, numbers = np.zeros(0), np.zeros(0, np.int64)
+    best, number, position = np.zeros(0), np.zeros(0, np.int64), np.zeros((0, 3))
     for piece in sorted(bed.pieces, key=lambda each: _apart(each.low, each.high, centre)):
         if len(best) == size and _apart(piece.low, piece.high, centre) > best.max():
             break
         [(start, chunk)] = bed.some([piece])
-        apart = np.concatenate([best, np.abs(chunk.position - centre).max(axis=1)])
-        of_all = np.concatenate([numbers, start + np.arange(chunk.count)])
-        kept = np.lexsort((of_all, apart))[:size]
-        best, numbers = apart[kept], of_all[kept]
-    return numbers
+        position = np.concatenate([position, chunk.position])
+        number = np.append(number, start + np.arange(chunk.count))
+        best = np.abs(position - centre).max(axis=1)
+        kept = np.lexsort((number, best))[:size]
+        best, number, position = best[kept], number[kept], position[kept]
+    return number, position
 
 
 def _apart(low: tuple[float, ...], high: tuple[float, ...], centre: Float64Array) -> float:
     """Return how far a box is from a point by the largest coordinate [m]; 0 inside."""
     return float(np.maximum(np.maximum(np.array(low) - centre, centre - np.array(high)), 0.0).max())
-
-
-def _of_numbers(bed: PieceBed, numbers: np.ndarray) -> list[tuple[int, Float64Array]]:
-    """Return the centres of some spheres [m], piece by piece, each with the number of its first sphere."""
-    wanted = [
-        each
-        for each in bed.pieces
-        if np.searchsorted(numbers, each.offset) < np.searchsorted(numbers, each.offset + each.count)
-    ]
-    found = []
-    for start, chunk in bed.some(wanted):
-        own = numbers[(numbers >= start) & (numbers < start + chunk.count)] - start
-        found.append((start, chunk.position[own]))
-    return found

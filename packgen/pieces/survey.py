@@ -157,4 +157,4 @@ def _near(bed: PieceBed, up: Float64Array, edges: tuple[float, float], place: in
         return list(bed.chunks())
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
     low[axis], high[axis] = sorted([(middle - step) * up[axis], (middle + step) * up[axis]])
-    return [bed.in_box(low, high)[0]]
+    return [bed.bed_of([bed.in_box(low, high)[0]])]
