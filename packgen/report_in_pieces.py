@@ -14,12 +14,17 @@ from packgen.errors import ReadError
 from packgen.measure.fraction import against_gravity
 from packgen.measure.sizes import SizeLaw, Sizes, sizes_of_classes
 from packgen.pieces import PieceBed
-from packgen.pieces.measure import measured
+from packgen.pieces.measure import LEFT_OUT, measured
 from packgen.pieces.survey import RadiusClasses, survey
 from packgen.report import Measures
 
 SLACK = 1.0 + 1.0e-9
 """Keeps pairs that rounding would put just beyond their reach."""
+
+
+def left_out() -> str:
+    """Return a line that says what is not measured of a bed in pieces."""
+    return f"{' and '.join(LEFT_OUT)} are left out (null): they hang on the whole bed, which is in pieces"
 
 
 def check_pieces(bed: PieceBed) -> Check:

@@ -10,10 +10,24 @@ from packgen.cli.ending import Ending
 from packgen.cli.options import RunOptions
 from packgen.stopping import tidied
 
+GATHERED_MANY = 20_000_000  # spheres
+GATHERED_BYTES = 400  # a sphere, with check and measures
+
 if TYPE_CHECKING:  # a scene with a fault must not wait for numba
     from packgen.arrange.crew import Crew
     from packgen.scene import Scene
     from packgen.workers.parts import Parts
+
+
+def gathering_remark(options: RunOptions, scene: Scene) -> str | None:
+    """Return a line that tells of the memory that a very large bed of several processes takes in one."""
+    count = sum(zone.n_particles or 0 for zone in scene.zones)
+    if not options.shared or options.pieces or count <= GATHERED_MANY:
+        return None
+    return (
+        f"found {count:,} spheres, which come together in this process by about "
+        f"{count * GATHERED_BYTES / 1e9:.0f} GB; --pieces leaves them in pieces"
+    )
 
 
 @contextmanager

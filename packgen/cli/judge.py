@@ -29,11 +29,12 @@ if TYPE_CHECKING:  # a wrong option must not wait for scipy
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """What was found of a bed: the measures, the faults by name, and the warnings."""
+    """What was found of a bed: the measures, the faults by name, the warnings, and what is not measured."""
 
     measures: Measures
     named: tuple[str, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> int:
@@ -69,6 +70,7 @@ def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> 
         if formats:
             check_formats(formats, outlook_of_bed(bed, place))
         judged = _judge(spheres, bed, options, said, watch)
+        folder.notes += judged.notes
         unwritten = _write(bed, formats, folder, watch)
         compose = composer(
             judged.measures, bed.provenance, watch,
@@ -165,14 +167,14 @@ def _judge(
 def _judge_pieces(bed: AnyBed, said: Sequence[str], watch: Stopwatch) -> _Judged:
     """Check and measure a bed in pieces."""
     from packgen.pieces import PieceBed
-    from packgen.report_in_pieces import check_pieces, faults_in_pieces, measure_pieces
+    from packgen.report_in_pieces import check_pieces, faults_in_pieces, left_out, measure_pieces
 
     assert isinstance(bed, PieceBed)
     with watch.stage("check"):
         check = check_pieces(bed)
         named = () if check.within_tolerance or check.invalid_count else faults_in_pieces(bed)
     with watch.stage("measure"):
-        return _Judged(measure_pieces(bed, check), named, tuple(said))
+        return _Judged(measure_pieces(bed, check), named, tuple(said), (left_out(),))
 
 
 def _write(

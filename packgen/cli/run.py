@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from packgen.cli.crews import crew_of, parts_of
+from packgen.cli.crews import crew_of, gathering_remark, parts_of
 from packgen.cli.ending import EXIT_INTERRUPTED, Ending
 from packgen.cli.exports import check_formats, check_whole, outlook_of, write_decks
 from packgen.cli.options import RunOptions
@@ -43,7 +43,8 @@ class _Vessel:
 
     Attributes:
         container: The container.
-        mended: A line for each repair of its surface; shown at the end, or with an error.
+        mended: A line for each repair of its surface, and for a bed too large to be gathered; shown at the
+            end, or with an error.
         for_solver: Whether the bed is for a solver.
     """
 
@@ -59,10 +60,10 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         plan = make_plan(options)
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
     with folder, parts_of(options) as parts:
-        vessel = _load(plan, watch, in_pieces=options.pieces)
+        vessel = _load(plan, options, watch)
         with crew_of(options, plan.scene, parts, ending) as crew:
             packed = _pack(plan.scene, vessel, options, watch, crew, folder.path)
-        measures = _measure(plan.scene, packed, options.threads, watch)
+        measures = _measure(plan.scene, packed, options.threads, watch, folder)
         unwritten = _write(packed.bed, plan, folder, watch)
         verdict = _validate(packed.bed, plan, folder, watch, quiet=options.quiet)
         unconfirmed, unjudged = ((), ()) if verdict is None else (verdict.missed, verdict.unjudged)
@@ -85,7 +86,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     return code
 
 
-def _load(plan: Plan, watch: Stopwatch, *, in_pieces: bool) -> _Vessel:
+def _load(plan: Plan, options: RunOptions, watch: Stopwatch) -> _Vessel:
     """Load the container, and let formats refuse it before the run.
 
     Raises:
@@ -98,7 +99,11 @@ def _load(plan: Plan, watch: Stopwatch, *, in_pieces: bool) -> _Vessel:
         container = load_container(plan.scene, mended.append)
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
-        if in_pieces:
+        remark = gathering_remark(options, plan.scene)
+        if remark is not None:
+            mended.append(remark)
+            warn(remark)
+        if options.pieces:
             amounts = [zone.n_particles for zone in plan.scene.zones]
             check_whole(plan.formats, sum(each or 0 for each in amounts))
     for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
@@ -125,19 +130,20 @@ def _pack(
     scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch, crew: Crew | None, folder: Path
 ) -> PackResult | PiecesResult:
     """Fill the container; warnings are shown while there is time to stop the run."""
-    from packgen.filling.in_pieces import pack_in_pieces
-    from packgen.filling.pack import pack
-
     with (
         watch.stage("arrange"),
         show_progress(sys.stderr, quiet=options.quiet) as listener,
         explained(vessel.mended),
     ):
         if options.pieces and crew is not None:
+            from packgen.filling.in_pieces import pack_in_pieces
+
             return pack_in_pieces(
                 scene, vessel.container, folder, crew=crew, on_progress=listener, threads=options.threads,
                 warn=warn, for_solver=vessel.for_solver,
             )  # fmt: skip
+        from packgen.filling.pack import pack
+
         return pack(
             scene,
             vessel.container,
@@ -151,17 +157,23 @@ def _pack(
 
 
 def _measure(
-    scene: Scene, packed: PackResult | PiecesResult, threads: int | None, watch: Stopwatch
+    scene: Scene,
+    packed: PackResult | PiecesResult,
+    threads: int | None,
+    watch: Stopwatch,
+    folder: ResultFolder,
 ) -> Measures:
-    """Check and measure the bed."""
+    """Check and measure the bed; what is left out is noted with the folder."""
     from packgen.check import check_bed, wall_clearance
     from packgen.measure.order import WALL_REACH
     from packgen.pieces import PieceBed
     from packgen.report import measure_bed
-    from packgen.report_in_pieces import check_pieces, measure_pieces
 
     bed, laws = packed.bed, [each.distribution for each in scene.particle_sets]
     if isinstance(bed, PieceBed):
+        from packgen.report_in_pieces import check_pieces, left_out, measure_pieces
+
+        folder.notes.append(left_out())
         with watch.stage("check"):
             check = check_pieces(bed)
         with watch.stage("measure"):

@@ -25,7 +25,7 @@ def test_every_option_arrives():
     given = read(
         "--export", "csv", "-o", "out", "--validate", "--solver", "yade", "--seed", "3", "--threads", "4",
         "--device", "cuda", "--templates", "mine", "--export-option", "csv.a=b", "--force", "--picture",
-        "--no-report", "--quiet", "--workers", "2", "--scheduler", "tcp://here", "--resume",
+        "--no-report", "--quiet", "--workers", "2", "--scheduler", "tcp://here", "--resume", "--pieces",
     )  # fmt: skip
     usual = RunOptions(Path("bed.yaml"))
     same = [each.name for each in fields(usual) if getattr(given, each.name) == getattr(usual, each.name)]

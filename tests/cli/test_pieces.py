@@ -71,6 +71,18 @@ def test_a_format_that_takes_no_pieces_is_refused_by_name_before_a_run_of_very_m
     assert os.listdir() == ["box.yaml"]
 
 
+def test_a_bed_of_processes_that_is_too_large_for_one_is_told_of_the_pieces(scene, core, capsys, monkeypatch):
+    pytest.importorskip("distributed")
+    core()
+    monkeypatch.setattr("packgen.cli.crews.GATHERED_MANY", 100)
+    assert main([scene, "--quiet", "--workers", "2"]) == 0
+    told = [line for line in errors(capsys) if "--pieces leaves them in pieces" in line]
+    assert told
+    assert "found 125 spheres" in told[0]
+    assert main([scene, "--quiet"]) == 0
+    assert not [line for line in errors(capsys) if "--pieces" in line]
+
+
 @pytest.mark.usefixtures("_never_whole")
 def test_a_bed_in_pieces_is_measured_and_converted_without_being_whole(pieces, capsys):
     assert main(["measure", "bed/manifest.json", "--scene", "box.yaml", "--no-report"]) == 0
@@ -79,6 +91,8 @@ def test_a_bed_in_pieces_is_measured_and_converted_without_being_whole(pieces, c
     assert report["solid_fraction"]["filled"] == pytest.approx(np.pi / 6)
     assert report["contacts"][1]["mean"] == pytest.approx(4.8)
     assert os.listdir("bed_measure") == ["report.json"]
+    assert report["coordination"]["rattlers"] is None
+    assert "coordination.rattlers and coordination.plateau_held are left out" in capsys.readouterr().err
     convert = [
         "convert",
         "bed/manifest.json",
