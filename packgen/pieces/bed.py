@@ -197,7 +197,8 @@ def joined(parts: Sequence[Columns]) -> Columns:
 
 
 def _chosen(columns: Columns, chosen: BoolArray | Int64Array | slice) -> Columns:
-    return Columns(*(getattr(columns, name)[chosen] for name in NAMES))
+    # A view would keep the whole piece.
+    return Columns(*(getattr(columns, name)[chosen].copy() for name in NAMES))
 
 
 def _inside(position: Float64Array, low: Float64Array, high: Float64Array) -> BoolArray:

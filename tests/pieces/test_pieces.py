@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import weakref
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from packgen.census import Census
 from packgen.errors import ReadError
 from packgen.pieces import MANIFEST, PieceWriter, in_pieces, is_manifest, read_manifest
+from packgen.pieces import bed as bed_module
 from packgen.pieces.bed import NAMES
 from packgen.pieces.grid import Grid
 from tests.pieces.beds import shaken
@@ -74,6 +76,32 @@ def test_the_pieces_do_not_depend_on_how_the_spheres_come(bed, pieces, tmp_path,
 
 def test_every_nth_sphere_is_that_of_the_gathered_bed(pieces):
     assert np.array_equal(pieces.every(7).position, pieces.gathered().position[::7])
+
+
+@pytest.mark.parametrize("step", ["every", "part", "in_box", "chunks"])
+def test_no_step_keeps_the_pieces_that_it_has_read(pieces, monkeypatch, step):
+    read, alive, most = bed_module.read_piece, [], [0]
+
+    def watched(*arguments):
+        alive[:] = [each for each in alive if each() is not None]
+        most[0] = max(most[0], len(alive))
+        columns = read(*arguments)
+        owner = columns.position if columns.position.base is None else columns.position.base
+        alive.append(weakref.ref(owner))
+        return columns
+
+    monkeypatch.setattr(bed_module, "read_piece", watched)
+    if step == "chunks":
+        for _ in pieces.chunks():
+            pass
+    elif step == "part":
+        for _ in pieces.parts(0.5):
+            pass
+    elif step == "every":
+        pieces.every(5)
+    else:
+        pieces.in_box(np.full(3, 3.0), np.full(3, 20.0))
+    assert most[0] <= 2
 
 
 def test_a_manifest_is_known_by_what_is_in_it_and_comes_back(pieces, tmp_path):
