@@ -10,7 +10,7 @@ import pytest
 
 import exporters
 from packgen.check import check_bed
-from packgen.geometry import Cone, Polyhedron
+from packgen.geometry import Cone, Mesh, Polyhedron
 from packgen.pieces import PieceBed, in_pieces
 from packgen.pieces.measure import LEFT_OUT
 from packgen.pieces.survey import RadiusClasses
@@ -99,6 +99,14 @@ def in_a_tube(bed, *, polygonal):
         bed, position=bed.position[inside], radius=bed.radius[inside], **arrays,
         container=make_container(shape, surface, volume),
     )  # fmt: skip
+
+
+def test_walls_of_a_mesh_are_checked_to_the_last_digit_too(tmp_path):
+    bed = in_a_tube(shaken(), polygonal=True)
+    vessel = bed.container
+    mesh = replace(vessel, shape=Mesh(vessel.surface))
+    pieces, gathered = split(replace(bed, container=mesh), tmp_path, 200)
+    assert check_pieces(pieces) == check_bed(gathered)
 
 
 @pytest.mark.parametrize("polygonal", [False, True])
