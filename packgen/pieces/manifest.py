@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,6 +71,8 @@ class Manifest:
                 row = {name: plain(getattr(each, name)) for name in Piece.__slots__}
                 file.write(("" if place == 0 else ",\n") + "  " + json.dumps(row))
             file.write("\n ]\n}\n")
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def is_manifest(path: Path) -> bool:

@@ -120,7 +120,12 @@ def in_pieces(bed: Bed, folder: Path, *, spheres: int | None = None) -> PieceBed
 
     Returns:
         The bed in pieces.
+
+    Raises:
+        ValueError: The vessel wraps around, or spheres belong to bodies.
     """
+    if any(bed.container.periodic) or bed.body_index is not None:
+        raise ValueError("in_pieces: found a vessel that wraps around, or bodies, expected walls and spheres")
     volume = 4.0 / 3.0 * np.pi * float((bed.radius**3).mean())
     sized = {} if spheres is None else {"spheres": spheres}
     grid = Grid.over(bed.container.bounds, volume, float(bed.radius.max()), **sized)

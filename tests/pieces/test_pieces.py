@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -38,6 +39,12 @@ def test_the_pieces_have_the_beds_spheres_and_no_others(bed, pieces):
     assert np.array_equal(rows(pieces.gathered()), rows(bed))
     assert pieces.census == bed.census
     assert pieces.count == bed.count
+
+
+def test_a_vessel_that_wraps_around_is_refused(bed, tmp_path):
+    wraps = replace(bed, container=replace(bed.container, periodic=(True, False, False)))
+    with pytest.raises(ValueError, match="found a vessel that wraps around"):
+        in_pieces(wraps, tmp_path)
 
 
 def test_numbers_go_on_from_piece_to_piece(pieces):
