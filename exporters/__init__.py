@@ -1,7 +1,7 @@
 """The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
 
 A module may also have ``check_outlook(outlook, options)``, which refuses a scene before the run, and
-``IS_DECK`` and ``NEEDS``; see ``exporters.protocol``.
+``IS_DECK``, ``NEEDS`` and ``STREAMS``; see ``exporters.protocol``.
 
 An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
 through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
@@ -67,6 +67,7 @@ class _Complete:
     check_outlook: Callable[..., None]
     IS_DECK: bool
     NEEDS: tuple[str, ...]
+    STREAMS: bool
 
 
 def names() -> tuple[str, ...]:
@@ -99,7 +100,11 @@ def _completed(exporter: Any) -> Exporter:
     check = getattr(exporter, "check_outlook", _accept)
     is_deck = bool(getattr(exporter, "IS_DECK", False))
     needs = tuple(getattr(exporter, "NEEDS", ALL_NEEDS))
-    return cast("Exporter", _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck, needs))
+    streams = bool(getattr(exporter, "STREAMS", False))
+    return cast(
+        "Exporter",
+        _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck, needs, streams),
+    )
 
 
 def _accept(_outlook: Outlook, _options: Any) -> None:

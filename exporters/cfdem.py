@@ -16,11 +16,12 @@ from pydantic import Field
 from exporters import liggghts
 from exporters.protocol import Outlook
 from exporters.shared import deck, lengths
-from packgen.bed import Bed
+from packgen.bed import AnyBed
 from packgen.errors import ExportError
 
 NAME = "cfdem"
 IS_DECK = True
+STREAMS = True
 TEMPLATES = {
     "DEM/in.liggghts_init": "cfdem/in.liggghts_init.j2",
     "DEM/in.liggghts_run": "cfdem/in.liggghts_run.j2",
@@ -38,7 +39,7 @@ class Options(liggghts.Options):
     couple_every: int = Field(default=100, ge=1)
 
 
-def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     """Write the case's DEM half into an existing folder and return the paths of its files.
 
     Raises:
@@ -69,7 +70,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     liggghts.check_outlook(outlook, options)
 
 
-def _check_size(bed: Bed | Outlook, options: Options) -> None:
+def _check_size(bed: AnyBed | Outlook, options: Options) -> None:
     if liggghts.length_unit(bed, options) != 1.0:
         size = np.ptp(bed.container.bounds, axis=0).max()
         raise ExportError(

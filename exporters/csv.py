@@ -10,24 +10,28 @@ from __future__ import annotations
 from pathlib import Path
 
 from exporters.shared import deck, table
-from packgen.bed import Bed
+from packgen.bed import AnyBed, numbered
 
 NAME = "csv"
 NEEDS = ("density",)
+STREAMS = True
 COLUMNS = ("id", "x", "y", "z", "radius", "density", "set", "zone", "batch")
 Options = table.NoOptions
 
 
-def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, _options: Options) -> list[Path]:
     """Write ``bed.csv`` into an existing folder and return its path.
 
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME, NEEDS)
-    columns = [
-        table.ids(bed), *bed.position.T, bed.radius, bed.density,
-        bed.set_index, bed.zone_index, bed.batch_index,
-    ]  # fmt: skip
+    parts = (
+        [
+            table.ids(chunk, start=start + 1), *chunk.position.T, chunk.radius, chunk.density,
+            chunk.set_index, chunk.zone_index, chunk.batch_index,
+        ]
+        for start, chunk in numbered(bed)
+    )  # fmt: skip
     head = ",".join(COLUMNS) + "\n"
-    return [table.write_rows(folder / "bed.csv", columns, head=head, separator=",")]
+    return [table.write_parts(folder / "bed.csv", parts, head=head, separator=",")]

@@ -9,32 +9,31 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exporters.shared import deck, table
-from packgen.bed import Bed
+from packgen.bed import AnyBed, Bed, numbered
 
 NAME = "extxyz"
 NEEDS: tuple[str, ...] = ()
+STREAMS = True
 Options = table.NoOptions
 
 
-def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, _options: Options) -> list[Path]:
     """Write ``bed.xyz`` into an existing folder and return its path.
 
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME, NEEDS)
-    columns = [
-        np.array([_species(each.name) for each in bed.particle_sets])[bed.set_index],
-        *bed.position.T, bed.radius, table.ids(bed), bed.set_index, bed.zone_index, bed.batch_index,
-    ]  # fmt: skip
+    used = zip(bed.particle_sets, bed.census.counts, strict=True)
+    known = all(np.isfinite(each.density) for each, count in used if count)
     properties = "species:S:1:pos:R:3:radius:R:1:id:I:1:set:I:1:zone:I:1:batch:I:1"
-    if np.isfinite(bed.density).all():
-        columns.append(bed.density)
-        properties += ":density:R:1"
+    properties += ":density:R:1" if known else ""
     low, high = bed.container.bounds
     lattice = " ".join(map(repr, np.diag(high - low).ravel().tolist()))
     origin = " ".join(map(repr, low.tolist()))
@@ -44,7 +43,18 @@ def write(bed: Bed, folder: Path, _options: Options) -> list[Path]:
         f'{bed.count}\nLattice="{lattice}" Origin="{origin}" pbc="{periodic}" Properties={properties}'
         f' packgen="{told["version"]}" scene="{told["scene"]}" seed="{told["seed"]}"\n'
     )
-    return [table.write_rows(folder / "bed.xyz", columns, head=head)]
+    parts = (_columns(chunk, start + 1, known=known) for start, chunk in numbered(bed))
+    return [table.write_parts(folder / "bed.xyz", parts, head=head)]
+
+
+def _columns(bed: Bed, first: int, *, known: bool) -> list[NDArray[Any]]:
+    """Return the columns of spheres that are numbered from some id on, densities where they are known."""
+    columns: list[NDArray[Any]] = [
+        np.array([_species(each.name) for each in bed.particle_sets])[bed.set_index],
+        *bed.position.T, bed.radius, table.ids(bed, start=first), bed.set_index, bed.zone_index,
+        bed.batch_index,
+    ]  # fmt: skip
+    return [*columns, bed.density] if known else columns
 
 
 def _species(name: str) -> str:

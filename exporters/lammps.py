@@ -21,10 +21,11 @@ from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, particulate
 from exporters.walls import facets as walls
 from exporters.walls import lammps_regions as lammps_walls
-from packgen.bed import Bed
+from packgen.bed import AnyBed
 
 NAME = "lammps"
 IS_DECK = True
+STREAMS = True
 NEIGHBORS_ONE = 2000  # most neighbours of a sphere, LAMMPS' default
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
 
@@ -41,7 +42,7 @@ class Options(deck.DeckOptions):
     steps: int | None = Field(default=None, ge=0)
 
 
-def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     """Write the deck of a bed into an existing folder and return the paths of its files.
 
     Raises:
@@ -58,7 +59,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def deck_values(
-    bed: Bed, options: Options, solver: str = NAME
+    bed: AnyBed, options: Options, solver: str = NAME
 ) -> tuple[contact.Types, lammps_data.Float64Array, dict[str, Any]]:
     """Return the types of a bed, the corners of the solver's box [m], and the values of the template.
 
@@ -93,7 +94,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
 
 
 def _values(
-    bed: Bed, types: contact.Types, box: lammps_data.Float64Array, options: Options
+    bed: AnyBed, types: contact.Types, box: lammps_data.Float64Array, options: Options
 ) -> dict[str, Any]:
     """Return the values that the template places, except the regions."""
     values = particulate.common_values(
@@ -132,7 +133,7 @@ def _size_intervals(radius_min: float, radius_max: float) -> list[float]:
     return [2.0 * radius_min * 2.0**k for k in range(1, octaves)] + [2.1 * radius_max]
 
 
-def _models(bed: Bed, types: contact.Types) -> list[list[str]]:
+def _models(bed: AnyBed, types: contact.Types) -> list[list[str]]:
     """Return the contact model of each pair of types as LAMMPS has it, a (T, T) table."""
     materials = types.materials
     tables = {

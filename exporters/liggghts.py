@@ -24,11 +24,12 @@ from exporters.shared import contact, deck, lammps_data, lengths, particulate
 from exporters.walls import crowding
 from exporters.walls import facets as walls
 from exporters.walls.stl import write_stl
-from packgen.bed import Bed
+from packgen.bed import AnyBed
 from packgen.errors import ExportError
 
 NAME = "liggghts"
 IS_DECK = True
+STREAMS = True
 YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
 YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
 RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
@@ -55,7 +56,7 @@ class Options(deck.DeckOptions):
     dumps: Literal["text", "vtk"] = "text"
 
 
-def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     """Write the deck of a bed into an existing folder and return the paths of its files.
 
     Raises:
@@ -77,7 +78,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     return paths
 
 
-def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
+def deck_values(bed: AnyBed, options: Options) -> dict[str, Any]:
     """Return the values that LIGGGHTS' templates place, for decks built on LIGGGHTS' own and in SI units.
 
     Raises:
@@ -88,7 +89,7 @@ def deck_values(bed: Bed, options: Options) -> dict[str, Any]:
     return _values(bed, types, walls.wall_facets(bed.container) if has_wall else None, options)
 
 
-def length_unit(bed: Bed | Outlook, options: Options) -> float:
+def length_unit(bed: AnyBed | Outlook, options: Options) -> float:
     """Return the unit of length [m] of a bed's deck: 1, except for meshes that LIGGGHTS refuses then."""
     return lengths.mesh_unit(bed.container) if _has_mesh(bed, options) else 1.0
 
@@ -107,7 +108,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
             _check_facets(walls.wall_facets(outlook.container))
 
 
-def _has_mesh(bed: Bed | Outlook, options: Options) -> bool:
+def _has_mesh(bed: AnyBed | Outlook, options: Options) -> bool:
     return walls.has_wall(bed) and _primitives(bed, options) is None
 
 
@@ -118,15 +119,17 @@ def _check_facets(facets: walls.Facets) -> None:
         )
 
 
-def _primitives(bed: Bed | Outlook, options: Options) -> tuple[walls.PrimitiveWall, ...] | None:
+def _primitives(bed: AnyBed | Outlook, options: Options) -> tuple[walls.PrimitiveWall, ...] | None:
     return walls.primitive_walls(bed.container) if options.walls == "auto" else None
 
 
-def _simulation_box(bed: Bed, facets: walls.Facets | None) -> lammps_data.Float64Array:
+def _simulation_box(bed: AnyBed, facets: walls.Facets | None) -> lammps_data.Float64Array:
     return lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
 
 
-def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options: Options) -> dict[str, Any]:
+def _values(
+    bed: AnyBed, types: contact.Types, facets: walls.Facets | None, options: Options
+) -> dict[str, Any]:
     """Return what the template places."""
     primitives = _primitives(bed, options)
     if facets is not None and primitives is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed, Material, ParticleSet
+from packgen.bed import Material, ParticleSet
 from packgen.errors import ExportError
 from packgen.geometry import Container
 
@@ -55,7 +55,7 @@ class Outlook:
 
 
 class Exporter(Protocol):
-    """What a format's module offers; ``IS_DECK``, ``NEEDS`` and ``check_outlook`` may be left out.
+    """What a format's module offers; ``NAME``, ``Options`` and ``write`` are all that it must have.
 
     Attributes:
         NAME: Its name on the command line.
@@ -63,12 +63,15 @@ class Exporter(Protocol):
         IS_DECK: Whether a solver runs what is written, with the bed's materials; False where it is left out.
         NEEDS: What it writes of a bed beside its spheres: ``density``, ``materials``, ``walls``; all three
             where it is left out. A bed that was read from a file may lack some.
+        STREAMS: Whether ``write`` takes a bed in pieces as well, which has the attributes of
+            `packgen.bed.AnyBed` and no arrays of all spheres; False where it is left out.
     """
 
     NAME: str
     Options: type[Any]
     IS_DECK: bool
     NEEDS: tuple[str, ...]
+    STREAMS: bool
 
     def check_outlook(self, outlook: Outlook, options: Any) -> None:
         """Refuse before the run what the format cannot take; where it is left out, nothing is refused.
@@ -81,8 +84,10 @@ class Exporter(Protocol):
         """
         ...
 
-    def write(self, bed: Bed, folder: Path, options: Any) -> list[Path]:
+    def write(self, bed: Any, folder: Path, options: Any) -> list[Path]:
         """Write ``bed`` into ``folder``, an existing directory, and return the paths of the files.
+
+        The bed is a `packgen.bed.Bed`, and with ``STREAMS`` anything that is a `packgen.bed.AnyBed`.
 
         Raises:
             ExportError: The format cannot take this bed.

@@ -2,6 +2,8 @@
 
 ParaView shows points only where there are cells, so every point has a vertex. To see the sizes: Point
 Gaussian, or Glyph of a sphere scaled by ``diameter`` with factor 1 (the glyph's own radius is 0.5).
+
+A bed in pieces becomes ``bed.pvtp``, which names a file a piece in ``bed/``: ParaView reads them as one.
 """
 
 from __future__ import annotations
@@ -16,10 +18,12 @@ from pydantic import BaseModel, ConfigDict
 
 from exporters.shared import contact, deck, vtkxml
 from exporters.walls import facets as walls
-from packgen.bed import Bed
+from packgen.bed import AnyBed, Bed, numbered
+from packgen.errors import ExportError
 
 NAME = "vtk"
 NEEDS: tuple[str, ...] = ()
+STREAMS = True
 
 
 class Options(BaseModel):
@@ -34,42 +38,71 @@ class Options(BaseModel):
     unstructured: bool = False
 
 
-def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     """Write the spheres and the walls of a bed into an existing folder and return the paths of the files.
 
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
     deck.check_exportable(bed, NAME, NEEDS)
-    arrays = sphere_arrays(bed)
-    each = np.arange(bed.count, dtype=np.int64)
-    paths = [vtkxml.write_polydata(folder / "bed.vtp", bed.position, "Verts", each[:, None], arrays)]
+    if isinstance(bed, Bed):
+        paths = [_write_spheres(folder / "bed.vtp", bed, sphere_arrays(bed))]
+    else:
+        paths = _write_pieces(folder, bed, options)
     if walls.has_wall(bed) and bed.container.walls_known:
         surface = bed.container.surface
         faces = surface.faces[~walls.on_periodic_side(bed.container)]
         paths.append(vtkxml.write_polydata(folder / "wall.vtp", surface.vertices, "Polys", faces, {}))
-    if options.unstructured:
+    if options.unstructured and isinstance(bed, Bed):
+        each, arrays = np.arange(bed.count, dtype=np.int64), sphere_arrays(bed)
         vertices = [("vertex", each[:, None])]
         path = folder / "bed.vtu"
         paths.append(vtkxml.write_unstructured(path, bed.position, vertices, point_data=arrays))
     return paths
 
 
-def sphere_arrays(bed: Bed) -> Mapping[str, NDArray[Any]]:
+def _write_spheres(path: Path, bed: Bed, arrays: Mapping[str, NDArray[Any]]) -> Path:
+    each = np.arange(bed.count, dtype=np.int64)
+    return vtkxml.write_polydata(path, bed.position, "Verts", each[:, None], arrays)
+
+
+def _write_pieces(folder: Path, bed: AnyBed, options: Options) -> list[Path]:
+    """Write the spheres of a bed in pieces, a file each, and the file that names them."""
+    if options.unstructured:
+        raise ExportError("vtk: bed.vtu is not written of a bed in pieces; leave vtk.unstructured out")
+    types = _types(bed)
+    (folder / "bed").mkdir()
+    paths: list[Path] = []
+    form: dict[str, str] = {}
+    for start, chunk in numbered(bed):
+        arrays = sphere_arrays(chunk, first=start + 1, types=types)
+        form = {name: vtkxml.type_of(values) for name, values in arrays.items()}
+        paths.append(_write_spheres(folder / "bed" / f"bed_{len(paths):06d}.vtp", chunk, arrays))
+    names = [f"bed/{path.name}" for path in paths]
+    return [vtkxml.write_parallel_polydata(folder / "bed.pvtp", names, form), *paths]
+
+
+def _types(bed: AnyBed) -> contact.Types | None:
+    return contact.number_types(bed, has_wall=walls.has_wall(bed)) if bed.materials else None
+
+
+def sphere_arrays(
+    bed: Bed, *, first: int = 1, types: contact.Types | None = None
+) -> Mapping[str, NDArray[Any]]:
     """Return the arrays of the spheres by name, each of shape (N,).
 
-    ``id`` is the index in the bed plus one and ``type`` counts materials from one, as in the solvers' decks;
-    a bed whose materials are not known has no ``type``.
+    ``id`` is the index in the bed plus ``first``, ``type`` counts materials from one, as in the solvers'
+    decks; a bed whose materials are not known has no ``type``.
     """
     arrays: dict[str, NDArray[Any]] = {
         "radius": bed.radius,
         "diameter": 2 * bed.radius,
-        "id": np.arange(1, bed.count + 1, dtype=np.int64),
+        "id": np.arange(first, first + bed.count, dtype=np.int64),
         "set": bed.set_index,
         "zone": bed.zone_index,
         "batch": bed.batch_index,
     }
-    if bed.materials:
-        types = contact.number_types(bed, has_wall=walls.has_wall(bed))
+    types = types or _types(bed)
+    if types is not None:
         arrays["type"] = np.array(types.by_set, dtype=np.int32)[bed.set_index]
     return arrays

@@ -30,12 +30,13 @@ from exporters.walls import facets as walls
 from exporters.walls.edges import edge_uses
 from exporters.walls.stl import write_stl
 from packgen.arrays import Float64Array, unique_rows
-from packgen.bed import Bed
+from packgen.bed import AnyBed
 from packgen.errors import ExportError
 from packgen.geometry import Container
 
 NAME = "yade"
 IS_DECK = True
+STREAMS = True
 TIMESTEP_FRACTION = 0.1
 # In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
 # fractions of 0.05 and more, a sphere between 193 of them was thrown out sooner or later.
@@ -59,7 +60,7 @@ class Options(deck.DeckOptions):
     steps: int | None = Field(default=None, ge=0)
 
 
-def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
+def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     """Write the deck of a bed into an existing folder and return the paths of its files.
 
     Raises:
@@ -67,7 +68,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
             wraps around along one or two of its axes only.
     """
     deck.check_exportable(bed, NAME)
-    _check_periodic(bed.container, float(bed.radius.min()), float(bed.radius.max()))
+    _check_periodic(bed.container, min(bed.census.radius_min), max(bed.census.radius_max))
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
     particulate.check_materials(NAME, types.materials)
@@ -87,8 +88,8 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
         "verlet_distance": VERLET_SHARE * values["radius_min"],
     }
     paths = [deck.write_text(folder / "bed.py", deck.render("yade/bed.py.j2", values, options.templates))]
-    columns = [*bed.position.T, bed.radius, bed.set_index]
-    paths.append(table.write_rows(folder / "bed.txt", columns, head="#format x_y_z_r_matId\n"))
+    parts = ([*chunk.position.T, chunk.radius, chunk.set_index] for chunk in bed.chunks())
+    paths.append(table.write_parts(folder / "bed.txt", parts, head="#format x_y_z_r_matId\n"))
     if len(facets):
         paths.append(write_stl(folder / "wall.stl", facets))
     return paths
@@ -135,7 +136,7 @@ def _check_periodic(container: Container, radius_min: float, radius_max: float) 
         )
 
 
-def _material_values(bed: Bed, types: contact.Types) -> dict[str, Any]:
+def _material_values(bed: AnyBed, types: contact.Types) -> dict[str, Any]:
     """Return a material for each particle set, since YADE's have the density, and one for the walls."""
     wall = types.materials[types.wall - 1]
     of_set = [types.materials[max(1, number) - 1] for number in types.by_set]
@@ -162,20 +163,22 @@ def _material_values(bed: Bed, types: contact.Types) -> dict[str, Any]:
     }
 
 
-def rolling(bed: Bed, types: contact.Types) -> dict[str, float] | None:
+def rolling(bed: AnyBed, types: contact.Types) -> dict[str, float] | None:
     """Return YADE's coefficient and stiffness [N m] of rolling; None where no material rolls with friction.
 
     Where the materials differ, the coefficient is the mean over all pairs of spheres.
     """
     tables = contact.pair_matrix([each.rolling_friction for each in types.materials])
-    of_sphere = np.array(types.by_set)[bed.set_index] - 1
-    share = np.bincount(of_sphere, minlength=len(types.materials)) / bed.count
+    counts = np.zeros(len(types.materials))
+    for number, count in zip(types.by_set, bed.census.counts, strict=True):
+        counts[number - 1] += count
+    share = counts / bed.count
     mean = float(share @ np.array(tables) @ share)
     if not any(each.rolling_friction > 0 for each in types.materials):
         return None
     most = types.materials[int(share.argmax())]
     stiffness = contact.rolling_stiffness(bed, *contact.effective_moduli(most, most))
-    effective_radius = float(bed.radius.mean()) / 2
+    effective_radius = bed.census.radius_mean / 2
     return {"coefficient": mean / 2, "stiffness": stiffness * effective_radius**2}
 
 
@@ -190,7 +193,7 @@ def _walls(container: Container) -> tuple[list[tuple[int, float]], Float64Array]
     return planes, triangles[~on_plane]
 
 
-def facets_at_once(bed: Bed, facets: Float64Array) -> int:
+def facets_at_once(bed: AnyBed, facets: Float64Array) -> int:
     """Return the largest number of facets that one sphere touches: plane and box of each reach it.
 
     Args:
@@ -199,21 +202,30 @@ def facets_at_once(bed: Bed, facets: Float64Array) -> int:
     """
     if len(facets) == 0:
         return 0
-    lowest = np.argsort(-bed.position @ bed.gravity, kind="stable")[: max(1, DISTANCES_MAX // len(facets))]
+    centres, radii = _lowest(bed, max(1, DISTANCES_MAX // len(facets)))
     normal = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     offset = np.einsum("ij,ij->i", normal, facets[:, 0])
     low, high = facets.min(axis=1), facets.max(axis=1)
     most, step = 0, max(1, DISTANCES_AT_A_TIME // len(facets))
-    for start in range(0, len(lowest), step):
-        index = lowest[start : start + step]
-        position, reach = bed.position[index], TOUCHING * bed.radius[index, None]
+    for start in range(0, len(radii), step):
+        position, reach = centres[start : start + step], TOUCHING * radii[start : start + step, None]
         touched = np.abs(position @ normal.T - offset) <= reach
         for axis in range(3):
             along = position[:, axis, None]
             touched &= (along >= low[:, axis] - reach) & (along <= high[:, axis] + reach)
         most = max(most, int(touched.sum(axis=1).max()))
     return most
+
+
+def _lowest(bed: AnyBed, count: int) -> tuple[Float64Array, Float64Array]:
+    """Return centres [m], (n, 3), and radii [m], (n,), of the lowest spheres, at most so many."""
+    position, radius = np.zeros((0, 3)), np.zeros(0)
+    for chunk in bed.chunks():
+        position, radius = np.concatenate([position, chunk.position]), np.append(radius, chunk.radius)
+        lowest = np.argsort(-position @ bed.gravity, kind="stable")[:count]
+        position, radius = position[lowest], radius[lowest]
+    return position, radius
 
 
 def flat_walls(triangles: Float64Array) -> list[tuple[int, float]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -84,3 +86,58 @@ def add_at(total: NDArray[Any], index: NDArray[Any], values: Float64Array | None
     low = int(index.min())
     sums = np.bincount(index - low, values)
     total[low : low + len(sums)] += sums.astype(total.dtype)
+
+
+def tallied(tally: Int64Array, numbers: NDArray[Any]) -> Int64Array:
+    """Return how often 0, 1, 2, ... came so far, shape (K,), and in more numbers, (N,), together."""
+    more = np.bincount(numbers, minlength=len(tally))
+    more[: len(tally)] += tally
+    return more
+
+
+SUMMED_AT_ONCE = 2**20  # numbers: halves of their mantissas then add up without rounding
+HALF = 26  # bits of the lower half of a mantissa
+MANTISSA = 53
+
+
+class ExactSum:
+    """The sum of numbers without any rounding: the same in each order, and in parts as in one piece.
+
+    Mantissas are whole numbers; those of one exponent are summed as such.
+    """
+
+    def __init__(self) -> None:
+        self._by_exponent: Counter[int] = Counter()
+
+    def add(self, values: Float64Array) -> None:
+        """Add numbers, shape (N,), which are finite."""
+        for start in range(0, len(values), SUMMED_AT_ONCE):
+            mantissa, exponent = np.frexp(values[start : start + SUMMED_AT_ONCE])
+            whole = np.ldexp(mantissa, MANTISSA).astype(np.int64)
+            least = int(exponent.min())
+            for shift, part in ((HALF, whole >> HALF), (0, whole & (2**HALF - 1))):
+                sums = np.bincount(exponent - least, part)
+                for place in np.flatnonzero(sums).tolist():
+                    self._by_exponent[least + place + shift] += int(sums[place])
+
+    def join(self, other: ExactSum) -> None:
+        """Add another sum."""
+        for exponent, whole in other._by_exponent.items():
+            self._by_exponent[exponent] += whole
+
+    def exact(self) -> Fraction:
+        """Return the sum as it is."""
+        whole = (
+            value * Fraction(2) ** (exponent - MANTISSA) for exponent, value in self._by_exponent.items()
+        )
+        return sum(whole, start=Fraction(0))
+
+    def __float__(self) -> float:
+        return float(self.exact())
+
+    @classmethod
+    def of(cls, exact: Fraction) -> ExactSum:
+        """Return a sum that has a value already, whose denominator is a power of two."""
+        found = cls()
+        found._by_exponent[MANTISSA + 1 - exact.denominator.bit_length()] = exact.numerator
+        return found

@@ -5,15 +5,16 @@ This module is the contract between packgen and every exporter: plain read-only 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.census import Census, count_spheres
 from packgen.errors import ExportError
 from packgen.geometry import (
     Ball,
@@ -29,8 +30,9 @@ from packgen.geometry import (
 
 # Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
 __all__ = [
-    "Ball", "Bed", "Box", "Cone", "Container", "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape",
-    "Surface", "is_askew", "pair_coefficient", "with_images", "with_owned_images",
+    "AnyBed", "Ball", "Bed", "Box", "Census", "Cone", "Container", "Head", "Material", "Mesh", "ParticleSet",
+    "Polyhedron", "Shape", "Surface", "is_askew", "numbered", "pair_coefficient", "with_images",
+    "with_owned_images",
 ]  # fmt: skip
 
 UNKNOWN = "not known"  # what the provenance of a bed from elsewhere says of its walls
@@ -81,8 +83,51 @@ class ParticleSet:
     material: str
 
 
+class Head:
+    """What follows from what a bed is beside its spheres, whether these are at hand or in pieces."""
+
+    __slots__ = ()
+
+    particle_sets: tuple[ParticleSet, ...]
+    container: Container
+    gravity: Float64Array
+
+    @property
+    def down(self) -> Float64Array:
+        """Unit vector towards what the bed lies on, shape (3,).
+
+        It is gravity without its part along periodic axes, all of gravity for an endless bed, and -z without
+        gravity.
+        """
+        strength = float(np.linalg.norm(self.gravity))
+        if strength == 0.0:
+            return np.array([0.0, 0.0, -1.0])
+        held = floor_direction(self.gravity, self.container.periodic)
+        return self.gravity / strength if held is None else held
+
+    @property
+    def endless(self) -> bool:
+        """Whether the container wraps around along gravity: nothing holds the bed, it would fall for ever."""
+        return bool(self.gravity.any()) and floor_direction(self.gravity, self.container.periodic) is None
+
+    @property
+    def rests(self) -> bool:
+        """Whether the bed lies on something, and has a top: it has gravity, and is not endless."""
+        return bool(self.gravity.any()) and not self.endless
+
+    @property
+    def weights_known(self) -> bool:
+        """Whether the density of every set is known; that of a bed from elsewhere may not be."""
+        return not any(np.isnan(each.density) for each in self.particle_sets)
+
+    @property
+    def acceleration(self) -> Float64Array:
+        """Acceleration for the solvers [m/s2], shape (3,): that of gravity, zero in an endless bed."""
+        return np.zeros(3) if self.endless else self.gravity
+
+
 @dataclass(frozen=True, eq=False, slots=True)
-class Bed:
+class Bed(Head):
     """Spheres at rest in a container.
 
     Attributes:
@@ -116,6 +161,7 @@ class Bed:
     tolerance: float | None = 1.0e-6
     provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     body_index: Int32Array | None = None
+    _census: Census | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         count = len(self.position)
@@ -186,37 +232,65 @@ class Bed:
         return by_set[self.set_index]
 
     @property
-    def down(self) -> Float64Array:
-        """Unit vector towards what the bed lies on, shape (3,).
+    def census(self) -> Census:
+        """Numbers, sizes and places of the spheres in short; found once."""
+        if self._census is None:
+            counted = count_spheres(self.position, self.radius, self.set_index, len(self.particle_sets))
+            object.__setattr__(self, "_census", counted)
+        assert self._census is not None
+        return self._census
 
-        It is gravity without its part along periodic axes, all of gravity for an endless bed, and -z without
-        gravity.
-        """
-        strength = float(np.linalg.norm(self.gravity))
-        if strength == 0.0:
-            return np.array([0.0, 0.0, -1.0])
-        held = floor_direction(self.gravity, self.container.periodic)
-        return self.gravity / strength if held is None else held
+    def chunks(self) -> Iterator[Bed]:
+        """Yield the spheres in the order of their numbers: all of them at once."""
+        yield self
 
-    @property
-    def endless(self) -> bool:
-        """Whether the container wraps around along gravity: nothing holds the bed, it would fall for ever."""
-        return bool(self.gravity.any()) and floor_direction(self.gravity, self.container.periodic) is None
 
-    @property
-    def rests(self) -> bool:
-        """Whether the bed lies on something, and has a top: it has gravity, and is not endless."""
-        return bool(self.gravity.any()) and not self.endless
+class AnyBed(Protocol):
+    """What a bed at hand and a bed in pieces have in common: the attributes of `Bed`, but for its arrays.
 
-    @property
-    def weights_known(self) -> bool:
-        """Whether the density of every set is known; that of a bed from elsewhere may not be."""
-        return not any(np.isnan(each.density) for each in self.particle_sets)
+    Attributes:
+        count: Number of spheres.
+        census: Numbers, sizes and places of the spheres in short.
+    """
 
     @property
-    def acceleration(self) -> Float64Array:
-        """Acceleration for the solvers [m/s2], shape (3,): that of gravity, zero in an endless bed."""
-        return np.zeros(3) if self.endless else self.gravity
+    def particle_sets(self) -> tuple[ParticleSet, ...]: ...  # noqa: D102
+    @property
+    def materials(self) -> tuple[Material, ...]: ...  # noqa: D102
+    @property
+    def wall_material(self) -> str: ...  # noqa: D102
+    @property
+    def container(self) -> Container: ...  # noqa: D102
+    @property
+    def gravity(self) -> Float64Array: ...  # noqa: D102
+    @property
+    def provenance(self) -> Mapping[str, Any]: ...  # noqa: D102
+    @property
+    def count(self) -> int: ...  # noqa: D102
+    @property
+    def census(self) -> Census: ...  # noqa: D102
+    @property
+    def acceleration(self) -> Float64Array: ...  # noqa: D102
+    @property
+    def endless(self) -> bool: ...  # noqa: D102
+    @property
+    def rests(self) -> bool: ...  # noqa: D102
+    @property
+    def down(self) -> Float64Array: ...  # noqa: D102
+    @property
+    def weights_known(self) -> bool: ...  # noqa: D102
+
+    def chunks(self) -> Iterator[Bed]:
+        """Yield the spheres in the order of their numbers, some at a time, as beds of their own."""
+        ...
+
+
+def numbered(bed: AnyBed) -> Iterator[tuple[int, Bed]]:
+    """Yield the chunks of a bed, each with the number of its first sphere, from 0."""
+    start = 0
+    for chunk in bed.chunks():
+        yield start, chunk
+        start += chunk.count
 
 
 def is_askew(along: Float64Array, periodic: tuple[bool, bool, bool]) -> bool:

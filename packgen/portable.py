@@ -31,6 +31,9 @@ LOG_2_LOW = 1.90821492927058770002e-10
 SPLITTER = 134217729.0
 """2^27 + 1: splits a number into halves with exact products (Dekker, Numer. Math. 18 (1971) 224)."""
 
+AT_ONCE = 2**16
+"""Numbers whose powers are found at once."""
+
 SCORE_MAX = 8.5
 """Beyond this score the normal integral is 0 or 1 to rounding."""
 
@@ -115,9 +118,16 @@ def power(base: Float64Array, exponent: float) -> Float64Array:
 def whole_power(base: Float64Array, exponent: int) -> Float64Array:
     """Return each base to the power of a whole number from 1 on, correctly rounded but for rarest cases.
 
-    Products are carried along with their rounding errors (Dekker, Numer. Math. 18 (1971) 224).
+    Products are carried along with their rounding errors (Dekker, Numer. Math. 18 (1971) 224), of so many
+    numbers at a time that these take no memory worth speaking of.
     """
     base = np.asarray(base, np.float64)
+    if base.size > AT_ONCE:
+        found = np.empty(base.size)
+        for start in range(0, base.size, AT_ONCE):
+            part = base.ravel()[start : start + AT_ONCE]
+            found[start : start + AT_ONCE] = whole_power(part, exponent)
+        return found.reshape(base.shape)
     high, low = base, np.zeros_like(base)
     for _ in range(exponent - 1):
         product, error = _product(high, base)

@@ -145,6 +145,10 @@ def test_what_algorithms_share_knows_none_of_them(place):
         ("reading", ("packgen.arrange", "packgen.supply", "packgen.check", "packgen.measure", *UPPER)),
         ("check", ("packgen.measure", "packgen.scene", *UPPER)),
         (
+            "pieces",
+            ("packgen.arrange", "packgen.container", "packgen.scene", "packgen.reading", *UPPER),
+        ),
+        (
             "filling",
             (
                 "packgen.forecast",

@@ -97,6 +97,10 @@ SECTIONS = {
 }
 FILES = (
     ("`bed.npz`", "the spheres as plain arrays, see below"),
+    (
+        "`manifest.json`, `pieces/`",
+        "with `--pieces`, in place of `bed.npz`: an archive of the same arrays a piece, and their list",
+    ),
     ("`report.json`", "what was asked and what was reached, see below"),
     ("`report.html`", "the same to look at; not with `--no-report`"),
     ("`NAME/`", "a folder for each `--export NAME`, and for each solver of `--settle` and `--validate`"),

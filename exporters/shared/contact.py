@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.bed import Bed, Material, pair_coefficient
+from packgen.bed import AnyBed, Material, pair_coefficient
 from packgen.errors import ExportError
 
 STANDARD_GRAVITY = 9.80665  # m/s2; for the rolling stiffness of a weightless bed
@@ -33,14 +33,14 @@ class Types:
     wall: int
 
 
-def number_types(bed: Bed, *, has_wall: bool = True) -> Types:
+def number_types(bed: AnyBed, *, has_wall: bool = True) -> Types:
     """Number the materials that the spheres and the walls of a bed use.
 
     Raises:
         ExportError: A material is used and not declared.
     """
-    set_used = np.bincount(bed.set_index, minlength=len(bed.particle_sets)) > 0
-    used = {each.material for each, is_used in zip(bed.particle_sets, set_used, strict=True) if is_used}
+    counts = bed.census.counts
+    used = {each.material for each, count in zip(bed.particle_sets, counts, strict=True) if count}
     if has_wall:
         used.add(bed.wall_material)
     unknown = sorted(used - {each.name for each in bed.materials})
@@ -68,14 +68,12 @@ def rayleigh_time(radius: float, density: float, material: Material) -> float:
     return float(np.pi * radius * np.sqrt(density / shear_modulus) / speed_factor)
 
 
-def smallest_rayleigh_time(bed: Bed) -> float:
+def smallest_rayleigh_time(bed: AnyBed) -> float:
     """Return the smallest Rayleigh time of all spheres [s]: that of the smallest sphere of one set."""
     material = {each.name: each for each in bed.materials}
-    smallest = np.full(len(bed.particle_sets), np.inf)
-    np.minimum.at(smallest, bed.set_index, bed.radius)
     return min(
-        rayleigh_time(float(radius), each.density, material[each.material])
-        for each, radius in zip(bed.particle_sets, smallest, strict=True)
+        rayleigh_time(radius, each.density, material[each.material])
+        for each, radius in zip(bed.particle_sets, bed.census.radius_min, strict=True)
         if np.isfinite(radius)
     )
 
@@ -94,7 +92,7 @@ def effective_moduli(first: Material, second: Material) -> tuple[float, float]:
     return young, shear
 
 
-def rolling_stiffness(bed: Bed, young: float, shear: float) -> float:
+def rolling_stiffness(bed: AnyBed, young: float, shear: float) -> float:
     """Return 8 G sqrt(R delta) [N/m] of two mean spheres pressed together by the weight of one.
 
     LIGGGHTS' rolling model epsd2 takes the tangential stiffness of each contact; other codes take one number.
@@ -104,8 +102,10 @@ def rolling_stiffness(bed: Bed, young: float, shear: float) -> float:
         young: Effective Young's modulus of the contact [Pa].
         shear: Effective shear modulus of the contact [Pa].
     """
-    radius = float(bed.radius.mean()) / 2
+    radius = bed.census.radius_mean / 2
     strength = float(np.linalg.norm(bed.gravity)) or STANDARD_GRAVITY
-    weight = 4 / 3 * np.pi * float((bed.density * bed.radius**3).mean()) * strength
+    cubes = zip(bed.particle_sets, bed.census.cube_sum, strict=True)
+    mean = sum(each.density * float(cube) for each, cube in cubes if cube) / bed.count
+    weight = 4 / 3 * np.pi * mean * strength
     overlap = (weight / (4 / 3 * young * np.sqrt(radius))) ** (2 / 3)
     return float(8 * shear * np.sqrt(radius * overlap))

@@ -17,7 +17,7 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined,
 from pydantic import BaseModel, ConfigDict
 
 from exporters.protocol import ALL_NEEDS
-from packgen.bed import Bed
+from packgen.bed import AnyBed, numbered
 from packgen.errors import ExportError
 
 COMMENT_LENGTH_MAX = 100
@@ -90,7 +90,7 @@ def comment_text(value: object) -> str:
     return re.sub(r"[^A-Za-z0-9 ._,:=+\-/()]", "_", str(value))[:COMMENT_LENGTH_MAX].strip() or "_"
 
 
-def provenance_values(bed: Bed) -> dict[str, str]:
+def provenance_values(bed: AnyBed) -> dict[str, str]:
     """Return version, scene and seed of a bed for the head of a deck, each safe in a comment."""
     scene = bed.provenance.get("scene", "unknown")
     name = PurePath(scene).name if isinstance(scene, str | PurePath) else "unknown"
@@ -101,7 +101,7 @@ def provenance_values(bed: Bed) -> dict[str, str]:
     }
 
 
-def check_exportable(bed: Bed, solver: str, needs: Sequence[str] = ALL_NEEDS) -> None:
+def check_exportable(bed: AnyBed, solver: str, needs: Sequence[str] = ALL_NEEDS) -> None:
     """Refuse a bed that no solver can load, and one from elsewhere that lacks what the format writes.
 
     Args:
@@ -115,15 +115,8 @@ def check_exportable(bed: Bed, solver: str, needs: Sequence[str] = ALL_NEEDS) ->
     """
     if bed.count == 0:
         raise ExportError(f"{solver}: the bed holds no spheres; {solver} cannot load an empty bed")
-    problems = []
-    wrong = np.flatnonzero(~np.isfinite(bed.position).all(axis=1))
-    if len(wrong):
-        problems.append(
-            f"position of sphere {wrong[0] + 1} is {bed.position[wrong[0]].tolist()}, expected numbers"
-        )
-    wrong = np.flatnonzero(~(np.isfinite(bed.radius) & (bed.radius > 0)))
-    if len(wrong):
-        problems.append(f"radius of sphere {wrong[0] + 1} is {bed.radius[wrong[0]]} m, expected more than 0")
+    problems: list[str] = []
+    problems += _wrong_spheres(bed)
     problems += [
         f"density of set {each.name} is {each.density} kg/m3, expected more than 0"
         for each in bed.particle_sets
@@ -135,6 +128,23 @@ def check_exportable(bed: Bed, solver: str, needs: Sequence[str] = ALL_NEEDS) ->
         problems.append("the walls are not known, expected the container of the bed")
     if problems:
         raise ExportError("\n".join(f"{solver}: {problem}" for problem in problems))
+
+
+def _wrong_spheres(bed: AnyBed) -> list[str]:
+    """Return a line for the first sphere without a position, and one for the first without a radius."""
+    problems: dict[str, str] = {}
+    for start, chunk in numbered(bed):
+        wrong = np.flatnonzero(~np.isfinite(chunk.position).all(axis=1))
+        if len(wrong):
+            place = chunk.position[wrong[0]].tolist()
+            line = f"position of sphere {start + wrong[0] + 1} is {place}, expected numbers"
+            problems.setdefault("position", line)
+        wrong = np.flatnonzero(~(np.isfinite(chunk.radius) & (chunk.radius > 0)))
+        if len(wrong):
+            radius = chunk.radius[wrong[0]]
+            line = f"radius of sphere {start + wrong[0] + 1} is {radius} m, expected more than 0"
+            problems.setdefault("radius", line)
+    return [problems[each] for each in ("position", "radius") if each in problems]
 
 
 def write_text(path: Path, text: str) -> Path:

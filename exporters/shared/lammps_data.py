@@ -8,6 +8,7 @@ the bed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from exporters.shared import deck, table
 from exporters.shared.contact import Types
-from packgen.bed import Bed
+from packgen.bed import AnyBed, numbered
 
 # Both programs sort spheres by bins of half the neighbour distance and stop beyond 2^31 of them.
 SORT_BINS_MAX = 1.0e8
@@ -26,15 +27,15 @@ HEAD_ROOM = 0.25  # room above an open rim [container heights]: spheres that a r
 Float64Array = NDArray[np.float64]
 
 
-def simulation_box(bed: Bed, *, open_top: bool) -> Float64Array:
+def simulation_box(bed: AnyBed, *, open_top: bool) -> Float64Array:
     """Return the lower and upper corner of the solver's box [m], shape (2, 3), float64.
 
     It holds the container and all centres with a diameter of the largest sphere to spare, and more than that
     above an open top. Along periodic directions it is the container's box exactly.
     """
-    diameter_max = 2 * float(bed.radius.max())
-    low = np.minimum(bed.container.bounds[0], bed.position.min(axis=0)) - diameter_max
-    high = np.maximum(bed.container.bounds[1], bed.position.max(axis=0)) + diameter_max
+    diameter_max = 2 * max(bed.census.radius_max)
+    low = np.minimum(bed.container.bounds[0], bed.census.low) - diameter_max
+    high = np.maximum(bed.container.bounds[1], bed.census.high) + diameter_max
     strength = float(np.linalg.norm(bed.gravity))
     if open_top and strength > 0:
         up = -bed.gravity / strength
@@ -48,15 +49,15 @@ def simulation_box(bed: Bed, *, open_top: bool) -> Float64Array:
     return np.stack((low, high))
 
 
-def box_values(bed: Bed, box: Float64Array) -> dict[str, Any]:
+def box_values(bed: AnyBed, box: Float64Array) -> dict[str, Any]:
     """Return the values of the solver's box and neighbour search that both programs' templates place.
 
     Args:
         bed: The bed.
         box: Lower and upper corner of the box [m], shape (2, 3).
     """
-    skin = 0.5 * float(bed.radius.min())
-    bins = float(np.prod(np.ceil((box[1] - box[0]) / (float(bed.radius.max()) + skin / 2))))
+    skin = 0.5 * min(bed.census.radius_min)
+    bins = float(np.prod(np.ceil((box[1] - box[0]) / (max(bed.census.radius_max) + skin / 2))))
     return {
         "boundary": " ".join("p" if wraps else "f" for wraps in bed.container.periodic),
         "sort": bins <= SORT_BINS_MAX,
@@ -64,7 +65,7 @@ def box_values(bed: Bed, box: Float64Array) -> dict[str, Any]:
     }
 
 
-def write_data(bed: Bed, path: Path, types: Types, box: Float64Array) -> Path:
+def write_data(bed: AnyBed, path: Path, types: Types, box: Float64Array) -> Path:
     """Write the spheres of a bed as a data file; the id of a sphere is its index in the bed plus one.
 
     Args:
@@ -76,18 +77,21 @@ def write_data(bed: Bed, path: Path, types: Types, box: Float64Array) -> Path:
     head = data_head(bed, types, box, [], "Atoms")
     density = np.array([each.density for each in bed.particle_sets], dtype=np.float64)
     sphere_type = np.array(types.by_set, dtype=np.int64)
-    for start in range(0, bed.count, SPHERES_AT_A_TIME):
-        stop = min(start + SPHERES_AT_A_TIME, bed.count)
-        set_index, position = bed.set_index[start:stop], bed.position[start:stop]
-        columns = [
-            np.arange(start + 1, stop + 1), sphere_type[set_index], 2 * bed.radius[start:stop],
-            density[set_index], *position.T,
-        ]  # fmt: skip
-        table.write_rows(path, columns, head="" if start else head, append=start > 0)
-    return path
+
+    def parts() -> Iterator[list[NDArray[Any]]]:
+        for before, chunk in numbered(bed):
+            for start in range(0, chunk.count, SPHERES_AT_A_TIME):
+                some = slice(start, min(start + SPHERES_AT_A_TIME, chunk.count))
+                set_index = chunk.set_index[some]
+                yield [
+                    np.arange(before + some.start + 1, before + some.stop + 1), sphere_type[set_index],
+                    2 * chunk.radius[some], density[set_index], *chunk.position[some].T,
+                ]  # fmt: skip
+
+    return table.write_parts(path, parts(), head=head)
 
 
-def data_head(bed: Bed, types: Types, box: Float64Array, counts: list[str], section: str) -> str:
+def data_head(bed: AnyBed, types: Types, box: Float64Array, counts: list[str], section: str) -> str:
     """Return what a data file has before its first row.
 
     Args:

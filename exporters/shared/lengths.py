@@ -15,11 +15,14 @@ and YADE run vessels of 1e-7 to 1e9 m in metres.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from packgen.bed import Bed
+from packgen.bed import AnyBed, Bed, Census, Head, Material, ParticleSet
 from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
 
 # Sizes that keep a factor of ten from those that LIGGGHTS refuses or gets wrong [m].
@@ -35,10 +38,49 @@ def mesh_unit(container: Container) -> float:
     return float(f"1e{3 * math.floor(math.log10(size) / 3)}")
 
 
-def in_unit(bed: Bed, unit: float) -> Bed:
+@dataclass(frozen=True, eq=False, slots=True)
+class _InUnit(Head):
+    """A bed in pieces, in another unit of length."""
+
+    bed: AnyBed
+    unit: float
+    particle_sets: tuple[ParticleSet, ...]
+    materials: tuple[Material, ...]
+    wall_material: str
+    container: Container
+    gravity: NDArray[np.float64]
+    provenance: Mapping[str, Any]
+    census: Census
+
+    @property
+    def count(self) -> int:
+        """Number of spheres."""
+        return self.bed.count
+
+    def chunks(self) -> Iterator[Bed]:
+        """Yield the spheres, some at a time."""
+        for chunk in self.bed.chunks():
+            yield _bed_in_unit(chunk, self.unit)
+
+
+def in_unit(bed: AnyBed, unit: float) -> AnyBed:
     """Return a bed with lengths in units of ``unit`` metres, and gravity to match; the bed itself for 1."""
     if unit == 1.0:
         return bed
+    if isinstance(bed, Bed):
+        return _bed_in_unit(bed, unit)
+    census: Census | None = None
+    for chunk in bed.chunks():
+        own = _bed_in_unit(chunk, unit).census
+        census = own if census is None else census.join(own)
+    assert census is not None  # an empty bed has been refused
+    return _InUnit(
+        bed, unit, bed.particle_sets, bed.materials, bed.wall_material, _container(bed.container, unit),
+        bed.gravity * unit, bed.provenance, census,
+    )  # fmt: skip
+
+
+def _bed_in_unit(bed: Bed, unit: float) -> Bed:
     return replace(
         bed,
         position=bed.position / unit,

@@ -9,7 +9,7 @@ import numpy as np
 
 from exporters.protocol import Place
 from exporters.shared import contact, deck
-from packgen.bed import Bed, Material
+from packgen.bed import AnyBed, Material
 from packgen.errors import ExportError
 
 SPHERE_STEPS = 1.0e8  # work of a deck's own run; it has 100 to 1000 steps
@@ -59,10 +59,10 @@ def _faults(material: Material, restitution_min: float) -> Iterator[tuple[str, s
 
 
 def common_values(
-    bed: Bed, types: contact.Types, *, timestep_fraction: float, steps: int | None
+    bed: AnyBed, types: contact.Types, *, timestep_fraction: float, steps: int | None
 ) -> dict[str, Any]:
     """Return what every template places: provenance, sizes, types, gravity, time step and steps."""
-    radius_min, radius_max = float(bed.radius.min()), float(bed.radius.max())
+    radius_min, radius_max = min(bed.census.radius_min), max(bed.census.radius_max)
     strength = float(np.linalg.norm(bed.acceleration))
     count = int(np.clip(SPHERE_STEPS / bed.count, 100, 1000)) if steps is None else steps
     return {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 from pydantic_core import to_json
 
-from packgen.bed import Bed
+from packgen.bed import AnyBed, Bed
 
 ROWS_PER_CHUNK = 8192
 
@@ -22,7 +22,7 @@ class NoOptions(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def ids(bed: Bed, *, start: int = 1) -> NDArray[np.int64]:
+def ids(bed: AnyBed, *, start: int = 1) -> NDArray[np.int64]:
     """Return the index of each sphere in the bed, counted from ``start``, shape (N,)."""
     return np.arange(start, start + bed.count, dtype=np.int64)
 
@@ -60,6 +60,31 @@ def write_rows(
             text = to_json(rows)[2:-2].replace(b"],[", b"\n")
             text = text.replace(b'"', b"")
             file.write(text.replace(b",", separator.encode("ascii")) + b"\n")
+        file.write(foot.encode("ascii", "replace"))
+    return path
+
+
+def write_parts(
+    path: Path,
+    parts: Iterable[Sequence[NDArray[Any]]],
+    *,
+    head: str = "",
+    foot: str = "",
+    separator: str = " ",
+) -> Path:
+    """Write columns that come some rows at a time, as `write_rows` does; see there.
+
+    Args:
+        path: The file.
+        parts: The columns of some rows each.
+        head: Text before the first row, with its line end.
+        foot: Text after the last row, with its line end.
+        separator: What stands between numbers.
+    """
+    path.write_bytes(head.encode("ascii", "replace"))
+    for columns in parts:
+        write_rows(path, columns, separator=separator, append=True)
+    with path.open("ab") as file:
         file.write(foot.encode("ascii", "replace"))
     return path
 

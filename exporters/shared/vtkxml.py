@@ -109,6 +109,37 @@ def write_polydata(
     return write(path, "PolyData", sections, piece=sizes)
 
 
+def type_of(values: NDArray[Any]) -> str:
+    """Return VTK's name of the type of an array's numbers."""
+    return VTK_TYPES[values.dtype.str[1:]]
+
+
+def write_parallel_polydata(path: Path, files: Iterable[str], point_data: Mapping[str, str]) -> Path:
+    """Write the file that names the PolyData files of one dataset.
+
+    Args:
+        path: The file.
+        files: Their names, relative to it.
+        point_data: Type of each array of the points by name; positions are Float64.
+    """
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="PPolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
+        '<PPolyData GhostLevel="0">',
+        "<PPoints>",
+        '<PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>',
+        "</PPoints>",
+        f"<PPointData{_attributes(_active(point_data))}>",
+        *(f"<PDataArray{_attributes({'type': kind, 'Name': name})}/>" for name, kind in point_data.items()),
+        "</PPointData>",
+        *(f"<Piece{_attributes({'Source': each})}/>" for each in files),
+        "</PPolyData>",
+        "</VTKFile>",
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+    return path
+
+
 def write_unstructured(
     path: Path,
     points: NDArray[np.float64],
@@ -144,8 +175,11 @@ def write_unstructured(
 
 
 def _points(points: NDArray[np.float64], data: Arrays) -> tuple[Section, Section]:
-    active = {"Scalars": "diameter"} if "diameter" in data else {}
-    return Section("PointData", data, active), Section("Points", {"Points": points})
+    return Section("PointData", data, _active(data)), Section("Points", {"Points": points})
+
+
+def _active(data: Mapping[str, object]) -> dict[str, str]:
+    return {"Scalars": "diameter"} if "diameter" in data else {}
 
 
 def _put(file: BinaryIO, text: str) -> None:
@@ -154,7 +188,7 @@ def _put(file: BinaryIO, text: str) -> None:
 
 def _put_array(file: BinaryIO, name: str, values: NDArray[Any], blocks: list[NDArray[Any]] | None) -> None:
     """Write an array's element, with its values in it, or add it to the blocks that follow."""
-    form = {"type": VTK_TYPES[values.dtype.str[1:]], "Name": name}
+    form = {"type": type_of(values), "Name": name}
     if values.ndim == 2:
         form["NumberOfComponents"] = str(values.shape[1])
     values = values.astype(values.dtype.newbyteorder("<"), copy=False)

@@ -35,7 +35,7 @@ from exporters.walls.angles import (
 )
 from exporters.walls.edges import edge_uses
 from packgen.arrays import unique_rows
-from packgen.bed import Bed
+from packgen.bed import AnyBed
 from packgen.errors import ExportError
 from packgen.geometry import Box, Cone, Container, Mesh, Surface
 
@@ -188,7 +188,7 @@ def primitive_walls(container: Container) -> tuple[PrimitiveWall, ...] | None:
     return None
 
 
-def has_wall(bed: Bed | Outlook) -> bool:
+def has_wall(bed: AnyBed | Outlook) -> bool:
     """Return whether the container of a bed has a wall: a box that is periodic all round has none."""
     return not all(bed.container.periodic)
 

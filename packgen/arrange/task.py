@@ -43,6 +43,10 @@ Listener = Callable[[Progress], None]
 """Called with the progress of a run after each batch."""
 
 
+Sink = Callable[[Spheres], None]
+"""Takes spheres at rest; they come in an order that does not depend on who has arranged them."""
+
+
 def no_listener(_progress: Progress) -> None:
     """Listen to nothing."""
 
@@ -131,6 +135,7 @@ class Task:
         rng: Source of randomness for an algorithm that fills all zones together; see ``ZoneTask.generator``.
         on_progress: Called after each batch.
         crew: Who does the work of a bed that is divided into tiles.
+        sink: Takes the spheres of such a bed, some at a time, which are then not returned; None: nobody does.
     """
 
     setting: Setting
@@ -138,6 +143,7 @@ class Task:
     rng: np.random.Generator
     on_progress: Listener = no_listener
     crew: Crew = field(default_factory=Alone)
+    sink: Sink | None = None
 
     @property
     def container(self) -> Container:

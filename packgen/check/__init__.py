@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import Float64Array
+from packgen.arrays import ExactSum, Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
 from packgen.check.walls import wall_clearance
+from packgen.part import Part
 
-__all__ = ["Check", "check_bed", "near_pairs", "wall_clearance"]
+__all__ = ["Check", "Checker", "check_bed", "near_pairs", "wall_clearance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,34 +94,85 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     Returns:
         What was found; all zero for a bed without spheres.
     """
-    sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
-    index = np.flatnonzero(sound)
-    position, radius = (bed.position, bed.radius) if sound.all() else (bed.position[index], bed.radius[index])
-    body_index = None if bed.body_index is None else bed.body_index[index]
-    overlap_max, worst_pair, overlap_sum, overlap_count, excess_count = 0.0, None, 0.0, 0, 0
-    limit = np.inf if bed.tolerance is None else bed.tolerance
-    for pairs in near_pairs(position, radius, period=bed.container.period, body_index=body_index):
-        overlap = -pairs.gap / np.minimum(radius[pairs.first], radius[pairs.second])
-        overlap_sum += float(overlap.sum())
-        overlap_count += int(np.count_nonzero(overlap > 0.0))
-        excess_count += int(np.count_nonzero(overlap > limit))
-        worst = int(overlap.argmax())
-        if overlap[worst] > overlap_max:
-            overlap_max = float(overlap[worst])
-            worst_pair = (int(index[pairs.first[worst]]), int(index[pairs.second[worst]]))
-    clearance = wall_clearance(bed.container, position, radius) if clearance is None else clearance[index]
-    depth = 1.0 - clearance / radius
-    worst_wall = int(depth.argmax()) if len(depth) else 0
-    in_wall = bool(len(depth)) and depth[worst_wall] > 0.0
-    return Check(
-        overlap_max=overlap_max,
-        worst_pair=worst_pair,
-        overlap_mean=overlap_sum / overlap_count if overlap_count else 0.0,
-        overlap_count=overlap_count,
-        excess_count=excess_count,
-        wall_overlap_max=float(depth[worst_wall]) if in_wall else 0.0,
-        worst_wall_sphere=int(index[worst_wall]) if in_wall else None,
-        outside_count=int(np.count_nonzero(clearance < 0.0)),
-        invalid_count=int(bed.count - len(index)),
-        tolerance=bed.tolerance,
-    )
+    check = Checker(bed.tolerance)
+    check.add(Part.whole(bed), clearance)
+    return check.result()
+
+
+class Checker:
+    """The check of a bed in parts: what it finds is what it finds of the bed in one, to the last digit.
+
+    Args:
+        tolerance: Largest overlap asked for; None: whatever the optimiser left.
+    """
+
+    def __init__(self, tolerance: float | None) -> None:
+        self._tolerance = tolerance
+        self._limit = np.inf if tolerance is None else tolerance
+        self._overlap_sum = ExactSum()
+        self._overlaps = self._excess = self._outside = self._invalid = 0
+        self._overlap_max, self._pair = 0.0, (0, 0)
+        self._depth_max, self._in_wall = 0.0, 0
+
+    def add(self, part: Part, clearance: Float64Array | None = None) -> None:
+        """Check a part; parts come in the order of their numbers.
+
+        Args:
+            part: The part, with all around it that its spheres may touch.
+            clearance: Result of `wall_clearance` for its own spheres, where known; shape (own,).
+        """
+        bed = part.bed
+        sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
+        index = np.flatnonzero(sound)
+        whole = len(index) == bed.count
+        position, radius = (bed.position, bed.radius) if whole else (bed.position[index], bed.radius[index])
+        body_index = None if bed.body_index is None else bed.body_index[index]
+        for pairs in near_pairs(position, radius, period=bed.container.period, body_index=body_index):
+            overlap = -pairs.gap / np.minimum(radius[pairs.first], radius[pairs.second])
+            first, second = index[pairs.first], index[pairs.second]
+            if not part.is_whole:
+                counted = part.counted(first, second)
+                first, second, overlap = first[counted], second[counted], overlap[counted]
+            self._note_pairs(part.number[first], part.number[second], overlap)
+        own = int(np.searchsorted(index, part.own))
+        self._invalid += part.own - own
+        position, radius, number = position[:own], radius[:own], part.number[index[:own]]
+        found = (
+            wall_clearance(bed.container, position, radius) if clearance is None else clearance[index[:own]]
+        )
+        self._outside += int(np.count_nonzero(found < 0.0))
+        depth = 1.0 - found / radius
+        worst = int(depth.argmax()) if len(depth) else 0
+        if len(depth) and depth[worst] > self._depth_max:
+            self._depth_max, self._in_wall = float(depth[worst]), int(number[worst])
+
+    def _note_pairs(self, first: Int64Array, second: Int64Array, overlap: Float64Array) -> None:
+        """Count pairs that touch or overlap; of equally deep ones that of the lowest numbers is the worst."""
+        if len(overlap) == 0:
+            return
+        self._overlap_sum.add(overlap)
+        self._overlaps += int(np.count_nonzero(overlap > 0.0))
+        self._excess += int(np.count_nonzero(overlap > self._limit))
+        most = float(overlap.max())
+        if most < self._overlap_max or most <= 0.0:
+            return
+        deepest = np.flatnonzero(overlap == most)
+        ends = np.sort(np.stack([first[deepest], second[deepest]], axis=1), axis=1)
+        one, other = ends[np.lexsort((ends[:, 1], ends[:, 0]))[0]].tolist()
+        if most > self._overlap_max or (one, other) < self._pair:
+            self._overlap_max, self._pair = most, (one, other)
+
+    def result(self) -> Check:
+        """Return what was found of all parts."""
+        return Check(
+            overlap_max=self._overlap_max,
+            worst_pair=self._pair if self._overlap_max > 0.0 else None,
+            overlap_mean=float(self._overlap_sum.exact() / self._overlaps) if self._overlaps else 0.0,
+            overlap_count=self._overlaps,
+            excess_count=self._excess,
+            wall_overlap_max=self._depth_max,
+            worst_wall_sphere=self._in_wall if self._depth_max > 0.0 else None,
+            outside_count=self._outside,
+            invalid_count=self._invalid,
+            tolerance=self._tolerance,
+        )

@@ -7,6 +7,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
+from packgen.part import Part
 
 NAMED_MAX = 20
 
@@ -25,25 +26,53 @@ def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = Non
     """
     if bed.tolerance is None:
         return ()
-    depth = 1.0 - clearance / bed.radius
-    in_wall = _deepest(depth, bed.tolerance)
-    first, second, overlap, pair_count = _worst_pairs(bed, bed.tolerance)
-    found = [
-        (
-            depth[each],
-            f"{_named(bed, ids, each)} is outside the container"
-            if clearance[each] < 0.0
-            else f"{_named(bed, ids, each)} is in the wall by {depth[each]:.3g} of its radius",
-        )
-        for each in in_wall[:NAMED_MAX].tolist()
-    ]
-    for one, other, deep in zip(first.tolist(), second.tolist(), overlap.tolist(), strict=True):
-        pair = f"{_named(bed, ids, one)} and {_named(bed, ids, other)}"
-        found.append((deep, f"{pair} overlap by {deep:.3g} of the smaller radius"))
-    found.sort(key=lambda each: -each[0])
-    lines = [line for _, line in found[:NAMED_MAX]]
-    rest = len(in_wall) + pair_count - len(lines)
-    return (*lines, f"and {rest:,} more of these") if rest else tuple(lines)
+    namer = FaultNamer(bed.tolerance, ids)
+    namer.add(Part.whole(bed), clearance)
+    return namer.result()
+
+
+class FaultNamer:
+    """Names the worst faults of a bed in parts, as `named_faults` does of one in one piece.
+
+    Args:
+        tolerance: Largest overlap that is no fault.
+        ids: What a file calls each sphere, shape (N,); None: it has no ids.
+    """
+
+    def __init__(self, tolerance: float, ids: Int64Array | None = None) -> None:
+        self._tolerance, self._ids = tolerance, ids
+        self._found: list[tuple[float, str]] = []
+        self._count = 0
+
+    def add(self, part: Part, clearance: Float64Array) -> None:
+        """Look at a part; clearance is that of its own spheres, shape (own,)."""
+        bed = part.bed
+        depth = 1.0 - clearance / bed.radius[: part.own]
+        in_wall = _deepest(depth, self._tolerance)
+        self._count += len(in_wall)
+        for each in in_wall[:NAMED_MAX].tolist():
+            deep = f"in the wall by {depth[each]:.3g} of its radius"
+            where = "outside the container" if clearance[each] < 0.0 else deep
+            self._found.append((depth[each], f"{self._named(part, each)} is {where}"))
+        first, second, overlap, pairs = _worst_pairs(part, self._tolerance)
+        self._count += pairs
+        for one, other, deep in zip(first.tolist(), second.tolist(), overlap.tolist(), strict=True):
+            pair = f"{self._named(part, one)} and {self._named(part, other)}"
+            self._found.append((deep, f"{pair} overlap by {deep:.3g} of the smaller radius"))
+        self._found.sort(key=lambda each: -each[0])
+        del self._found[NAMED_MAX:]
+
+    def result(self) -> tuple[str, ...]:
+        """Return the lines of all parts."""
+        lines = tuple(line for _, line in self._found)
+        rest = self._count - len(lines)
+        return (*lines, f"and {rest:,} more of these") if rest else lines
+
+    def _named(self, part: Part, place: int) -> str:
+        x, y, z = part.bed.position[place]
+        number = int(part.number[place])
+        name = f"sphere {number}" if self._ids is None else f"sphere {number} (id {self._ids[number]})"
+        return f"{name} at ({x:.6g}, {y:.6g}, {z:.6g})"
 
 
 def _deepest(depth: Float64Array, limit: float) -> Int64Array:
@@ -52,12 +81,15 @@ def _deepest(depth: Float64Array, limit: float) -> Int64Array:
     return found[np.argsort(-depth[found], kind="stable")].astype(np.int64)
 
 
-def _worst_pairs(bed: Bed, limit: float) -> tuple[Int64Array, Int64Array, Float64Array, int]:
+def _worst_pairs(part: Part, limit: float) -> tuple[Int64Array, Int64Array, Float64Array, int]:
     """Return the deepest pairs, at most twenty: both spheres and the overlap of each, and how many exceed."""
+    bed = part.bed
     kept = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     count = 0
     for pairs in near_pairs(bed.position, bed.radius, period=bed.container.period, body_index=bed.body_index):
         overlap = -pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
+        if not part.is_whole:
+            overlap[~part.counted(pairs.first, pairs.second)] = -np.inf
         worst = _deepest(overlap, limit)
         count += len(worst)
         worst = worst[:NAMED_MAX]
@@ -65,9 +97,3 @@ def _worst_pairs(bed: Bed, limit: float) -> tuple[Int64Array, Int64Array, Float6
     first, second, overlap = (np.concatenate(parts) for parts in zip(*kept, strict=True))
     order = np.argsort(-overlap, kind="stable")[:NAMED_MAX]
     return first[order], second[order], overlap[order], count
-
-
-def _named(bed: Bed, ids: Int64Array | None, place: int) -> str:
-    x, y, z = bed.position[place]
-    name = f"sphere {place}" if ids is None else f"sphere {place} (id {ids[place]})"
-    return f"{name} at ({x:.6g}, {y:.6g}, {z:.6g})"

@@ -158,7 +158,8 @@ def _measured(
     difference = large.position[first] - small.position[second]
     distance = np.sqrt(np.einsum("ij,ij->i", difference, difference))
     radius_first, radius_second = large.radius[first], small.radius[second]
-    gap = distance - radius_first - radius_second
+    # The same to the last digit from either end: which is the first depends on what else is in the bed.
+    gap = distance - (radius_first + radius_second)
     close = gap <= gap_fraction * np.minimum(radius_first, radius_second)
     close &= ~(large.ghost[first] & small.ghost[second])
     return Pairs(large.owner[first[close]], small.owner[second[close]], gap[close])

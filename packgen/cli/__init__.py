@@ -172,3 +172,9 @@ def _add_crews(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="go on with a run by --workers or --scheduler that did not end, from DIR.parts",
     )
+    parser.add_argument(
+        "--pieces",
+        action="store_true",
+        help="leave the bed of --workers or --scheduler in pieces, manifest.json and a file each, in place "
+        "of bed.npz: no process holds all of it",
+    )

@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
 from packgen.cli.options import RunOptions
+from packgen.stopping import tidied
+
+GATHERED_MANY = 20_000_000  # spheres
+GATHERED_BYTES = 400  # a sphere, with check and measures
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for numba
     from packgen.arrange.crew import Crew
@@ -15,13 +19,34 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for numba
     from packgen.workers.parts import Parts
 
 
-def parts_of(options: RunOptions) -> Parts | None:
-    """Return the folder of the parts that a run leaves until its results are there; None: it leaves none."""
-    if not options.shared:
+def gathering_remark(options: RunOptions, scene: Scene) -> str | None:
+    """Return a line that tells of the memory that a very large bed of several processes takes in one."""
+    count = sum(zone.n_particles or 0 for zone in scene.zones)
+    if not options.shared or options.pieces or count <= GATHERED_MANY:
         return None
+    return (
+        f"found {count:,} spheres, which come together in this process by about "
+        f"{count * GATHERED_BYTES / 1e9:.0f} GB; --pieces leaves them in pieces"
+    )
+
+
+@contextmanager
+def parts_of(options: RunOptions) -> Iterator[Parts | None]:
+    """Give the folder of the parts that a run leaves until its results are there; None: it leaves none.
+
+    It is the run's own until the end, once it is opened.
+    """
+    if not options.shared:
+        yield None
+        return
     from packgen.workers.parts import Parts
 
-    return Parts.beside(options.target)
+    parts = Parts.beside(options.target)
+    try:
+        with tidied(parts.unlock):
+            yield parts
+    finally:
+        parts.unlock()
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from packgen.stopping import stop_seen
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from exporters import Exporter, Outlook
     from exporters.protocol import Place
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed
     from packgen.geometry import Container
     from packgen.scene import Scene
 
@@ -111,18 +111,17 @@ def outlook_of(scene: Scene, container: Container) -> Outlook:
     )
 
 
-def outlook_of_bed(bed: Bed, place: Place) -> Outlook:
+def outlook_of_bed(bed: AnyBed, place: Place) -> Outlook:
     """Return what exporters are told of a bed that is there already.
 
     Args:
         bed: The bed.
         place: Returns where a value of the scene, or of what stands for it, is.
     """
-    import numpy as np
-
     from exporters import Outlook
 
-    used = {bed.particle_sets[index].material for index in np.unique(bed.set_index)}
+    counts = bed.census.counts
+    used = {each.material for each, count in zip(bed.particle_sets, counts, strict=True) if count}
     if not all(bed.container.periodic):
         used.add(bed.wall_material)
     return Outlook(
@@ -130,8 +129,8 @@ def outlook_of_bed(bed: Bed, place: Place) -> Outlook:
         gravity=bed.gravity,
         particle_sets=bed.particle_sets,
         materials=tuple(each for each in bed.materials if each.name in used),
-        radius_min=float(bed.radius.min()),
-        radius_max=float(bed.radius.max()),
+        radius_min=min(bed.census.radius_min),
+        radius_max=max(bed.census.radius_max),
         place=place,
     )
 
@@ -156,7 +155,51 @@ def check_formats(formats: Mapping[str, Format], outlook: Outlook) -> None:
         raise ExportError("\n".join(problems))
 
 
-def write_decks(bed: Bed, folder: Path, formats: Mapping[str, Format]) -> tuple[str, ...]:
+def check_whole(formats: Mapping[str, Format], count: int | None) -> None:
+    """Refuse formats that take no bed in pieces, where it has too many spheres to be gathered.
+
+    Args:
+        formats: The formats.
+        count: Number of spheres; None: not known yet.
+
+    Raises:
+        ExportError: There are such formats; a line each.
+    """
+    lines = [
+        line for name, each in formats.items() if (line := _too_large(name, each, count or 0)) is not None
+    ]
+    if lines:
+        raise ExportError("\n".join(lines))
+
+
+def _too_large(name: str, each: Format, count: int) -> str | None:
+    from packgen.pieces import GATHERED_MAX
+
+    if each.exporter.STREAMS or count <= GATHERED_MAX:
+        return None
+    return (
+        f"{name}: found a bed in pieces of {count:,} spheres, expected at most {GATHERED_MAX:,}: it takes "
+        "the whole bed at once; leave it out, or take csv, which is written piece by piece"
+    )
+
+
+def _taken(bed: AnyBed, name: str, each: Format) -> AnyBed:
+    """Return a bed as a format takes it: in pieces, or gathered.
+
+    Raises:
+        ExportError: It takes no pieces, and they are too many to be gathered.
+    """
+    from packgen.pieces import PieceBed
+
+    if each.exporter.STREAMS or not isinstance(bed, PieceBed):
+        return bed
+    refused = _too_large(name, each, bed.count)
+    if refused is not None:
+        raise ExportError(refused)
+    return bed.gathered()
+
+
+def write_decks(bed: AnyBed, folder: Path, formats: Mapping[str, Format]) -> tuple[str, ...]:
     """Write a bed in each format, into a folder of the format's name.
 
     A deck that fails costs no bed: its folder is removed.
@@ -171,7 +214,7 @@ def write_decks(bed: Bed, folder: Path, formats: Mapping[str, Format]) -> tuple[
     for name, each in formats.items():
         (folder / name).mkdir()
         try:
-            each.exporter.write(bed, folder / name, each.options)
+            each.exporter.write(_taken(bed, name, each), folder / name, each.options)
         except (Exception, SystemExit) as error:
             if getattr(error, "errno", None) in DISK_FULL or stop_seen():
                 raise

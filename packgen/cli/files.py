@@ -24,7 +24,8 @@ DESCRIPTIONS = MappingProxyType(
     }
 )
 EPILOG = """files: bed.npz, csv and text (columns named, or x y z r), data files and dumps of LIGGGHTS and
-LAMMPS, text of YADE, vtp, vtu, vtk, extended XYZ, particle_input.dat of MFiX
+LAMMPS, text of YADE, vtp, vtu, vtk, extended XYZ, particle_input.dat of MFiX, manifest.json of a bed in
+pieces, which is never held as a whole
 
 exit codes: 0 done and within tolerance; 1 written, but the bed has faults or a deck is missing;
 2 wrong input, nothing written; 130 interrupted, nothing written"""
@@ -36,6 +37,7 @@ class FileOptions:
 
     Attributes:
         file: The file of spheres.
+        pieces: Whether it is the manifest of a bed in pieces.
         scene: Scene that says sets, materials, walls and gravity; None: none does.
         container: Mesh of the walls; None: the scene's walls, or those that the file knows.
         container_units: Unit of the mesh.
@@ -56,6 +58,7 @@ class FileOptions:
     """
 
     file: Path
+    pieces: bool = False
     scene: Path | None = None
     container: Path | None = None
     container_units: str = "m"
@@ -77,7 +80,12 @@ class FileOptions:
     @property
     def target(self) -> Path:
         """The result folder."""
-        return self.output or Path(self.file.stem)
+        if self.output is not None:
+            return self.output
+        if not self.pieces:
+            return Path(self.file.stem)
+        # The folder of the pieces may be in this one, under its own name.
+        return Path(f"{self.file.resolve().parent.name}_{MEASURE if self.judged else CONVERT}")
 
 
 def file_options(command: str, arguments: Sequence[str]) -> FileOptions:
@@ -105,8 +113,19 @@ def options_of(command: str, given: Mapping[str, Any]) -> FileOptions:
             "--container-units: found without --container, expected the mesh whose unit it is; "
             "--units is for the file of spheres"
         )
+    from packgen.pieces import is_manifest
+
+    pieces = is_manifest(given["file"])
+    if pieces and command in {CARVE, REPEAT}:
+        raise PackgenError(
+            f"{given['file']}: found a bed in pieces, expected one in a single file; `packgen convert` makes "
+            "a csv file of it"
+        )
+    if pieces:
+        _refuse_with_pieces(given["step"], given["units"], picture=given["picture"])
     return FileOptions(
         file=given["file"],
+        pieces=pieces,
         scene=given["scene"],
         container=given["container"],
         container_units=given["container_units"] or "m",
@@ -125,6 +144,14 @@ def options_of(command: str, given: Mapping[str, Any]) -> FileOptions:
         page=not given["no_report"],
         quiet=given["quiet"],
     )
+
+
+def _refuse_with_pieces(step: int | None, units: str | None, *, picture: bool) -> None:
+    """Refuse options that are for other files."""
+    options = (("--step", step is not None), ("--units", units is not None), ("--picture", picture))
+    for name, found in options:
+        if found:
+            raise PackgenError(f"{name}: found with a bed in pieces, expected none; leave it out")
 
 
 def build_file_parser(command: str) -> argparse.ArgumentParser:

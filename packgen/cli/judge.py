@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from packgen.cli.ending import Ending
-from packgen.cli.exports import Format, check_formats, outlook_of_bed, write_decks
+from packgen.cli.exports import Format, check_formats, check_whole, outlook_of_bed, write_decks
 from packgen.cli.files import FileOptions, file_options
 from packgen.cli.names import refuse_unreadable
 from packgen.cli.plan import find_formats
@@ -24,7 +24,7 @@ from packgen.stopping import held
 if TYPE_CHECKING:  # a wrong option must not wait for scipy
     from exporters.protocol import Place
     from packgen.arrays import Int64Array
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed, Bed
     from packgen.geometry import Container
     from packgen.reading import SphereFile
     from packgen.report import Measures
@@ -41,7 +41,7 @@ class Changed:
         notes: A line for each thing that was done, for the summary.
     """
 
-    bed: Bed
+    bed: AnyBed
     ids: Int64Array | None
     notes: tuple[str, ...] = ()
 
@@ -59,11 +59,12 @@ class Change(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """What was found of a bed: the measures, the faults by name, and the warnings."""
+    """What was found of a bed: the measures, the faults by name, the warnings, and what is not measured."""
 
     measures: Measures
     named: tuple[str, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def run_file_command(command: str, arguments: Sequence[str], ending: Ending) -> int:
@@ -112,15 +113,15 @@ def judge_file(
         said: list[str] = []
         with watch.stage("read"), explained(said):
             spheres, bed, place = _read(options, said)
-        changed = Changed(bed, spheres.id)
-        if change is not None:
-            with watch.stage(change.stage), explained(said):
-                changed = change(spheres, bed, folder.path, said)
-            bed = changed.bed
+        changed = _changed(change, spheres, bed, folder.path, said, watch)
+        bed = changed.bed
         refuse_unknown(options.file, bed, {need for each in formats.values() for need in each.exporter.NEEDS})
+        if options.pieces:
+            check_whole(formats, bed.count)
         if formats:
             check_formats(formats, outlook_of_bed(bed, place))
         judged = _judge(changed, options, said, watch)
+        folder.notes += judged.notes
         unwritten = _write(bed, formats, folder, watch)
         compose = composer(
             judged.measures, bed.provenance, watch,
@@ -141,25 +142,52 @@ def judge_file(
     return code
 
 
-def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile, Bed, Place]:
+def _changed(
+    change: Change | None,
+    spheres: SphereFile | None,
+    bed: AnyBed,
+    folder: Path,
+    said: list[str],
+    watch: Stopwatch,
+) -> Changed:
+    """Make another bed of one that was read, where that is asked; it is asked of none in pieces."""
+    from packgen.bed import Bed
+
+    if change is None or spheres is None or not isinstance(bed, Bed):
+        return Changed(bed, None if spheres is None else spheres.id)
+    with watch.stage(change.stage), explained(said):
+        return change(spheres, bed, folder, said)
+
+
+def _read(options: FileOptions, said: list[str]) -> tuple[SphereFile | None, AnyBed, Place]:
     """Return the file's spheres, the bed with all that is known of it, and where values of its scene are.
 
     Raises:
         PackgenError: The file is not what it claims, or does not fit the scene.
     """
-    from packgen.reading import complete_bed, read_spheres, rounding_remark
+    from packgen.reading import complete_bed, read_pieces, read_spheres, rounding_remark
 
     scene, container = _load(options, said)
+    place: Place = (lambda _location: str(options.file)) if scene is None else scene.marked.place
+    if options.pieces:
+        pieces = read_pieces(options.file, container, scene=scene, density=options.density, warn=said.append)
+        return None, replace(pieces, tolerance=_tolerance(options, pieces.tolerance)), place
     spheres = read_spheres(options.file, step=options.step, units=options.units)
     bed = complete_bed(
         spheres, container, scene=scene, density=options.density, units=options.units, warn=said.append
     )
-    tolerance = bed.tolerance if options.tolerance is None else options.tolerance
-    bed = replace(bed, tolerance=tolerance if options.judged else None)
+    bed = replace(bed, tolerance=_tolerance(options, bed.tolerance))
     remark = rounding_remark(spheres, bed.tolerance)
     if remark is not None:
         said.append(remark)
-    return spheres, bed, (lambda _location: str(options.file)) if scene is None else scene.marked.place
+    return spheres, bed, place
+
+
+def _tolerance(options: FileOptions, of_bed: float | None) -> float | None:
+    """Return the largest overlap that is no fault; None: none is one."""
+    if not options.judged:
+        return None
+    return of_bed if options.tolerance is None else options.tolerance
 
 
 def _load(options: FileOptions, said: list[str]) -> tuple[Scene | None, Container | None]:
@@ -182,12 +210,15 @@ def _judge(changed: Changed, options: FileOptions, said: Sequence[str], watch: S
     """Check and measure the bed."""
     import numpy as np
 
+    from packgen.bed import Bed
     from packgen.check import check_bed, wall_clearance
     from packgen.check.naming import named_faults
     from packgen.measure.order import WALL_REACH
     from packgen.report import measure_bed
 
     bed = changed.bed
+    if not isinstance(bed, Bed):
+        return _judge_pieces(bed, said, watch)
     with watch.stage("check"):
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         # Walls that are not known are not judged; near the box in their place a bed is not the bed's own.
@@ -199,13 +230,28 @@ def _judge(changed: Changed, options: FileOptions, said: Sequence[str], watch: S
     return _Judged(measures, named, tuple(said))
 
 
+def _judge_pieces(bed: AnyBed, said: Sequence[str], watch: Stopwatch) -> _Judged:
+    """Check and measure a bed in pieces."""
+    from packgen.pieces import PieceBed
+    from packgen.report_in_pieces import check_pieces, faults_in_pieces, left_out, measure_pieces
+
+    assert isinstance(bed, PieceBed)
+    with watch.stage("check"):
+        check = check_pieces(bed)
+        named = () if check.within_tolerance or check.invalid_count else faults_in_pieces(bed)
+    with watch.stage("measure"):
+        return _Judged(measure_pieces(bed, check), named, tuple(said), (left_out(),))
+
+
 def _write(
-    bed: Bed, formats: Mapping[str, Format], folder: ResultFolder, watch: Stopwatch
+    bed: AnyBed, formats: Mapping[str, Format], folder: ResultFolder, watch: Stopwatch
 ) -> tuple[str, ...]:
     """Write the bed, and in each format; return a line for each one that could not be written."""
+    from packgen.bed import Bed
     from packgen.bedfile import save_bed
 
-    with watch.stage("write"):
-        save_bed(bed, folder.path / "bed.npz")
+    if isinstance(bed, Bed):  # pieces stay where they are
+        with watch.stage("write"):
+            save_bed(bed, folder.path / "bed.npz")
     with watch.stage("export"):
         return write_decks(bed, folder.path, formats)

@@ -30,6 +30,7 @@ class RunOptions:
         workers: Processes of this machine that share the work; None: this one does all of it.
         scheduler: Address of a Dask scheduler whose workers share it; None: none does.
         resume: Whether to go on with the parts of a run that did not end.
+        pieces: Whether the bed is left in pieces, and never held as a whole.
         templates: Folder whose deck templates replace packgen's own; None: none does.
         export_option: Options of exporters, each ``NAME.KEY=VALUE``.
         force: Whether a folder with foreign files is set aside.
@@ -53,6 +54,7 @@ class RunOptions:
     workers: int | None = None
     scheduler: str | None = None
     resume: bool = False
+    pieces: bool = False
     templates: Path | None = None
     export_option: tuple[str, ...] = ()
     force: bool = False
@@ -89,6 +91,7 @@ def run_options(parsed: argparse.Namespace) -> RunOptions:
         workers=parsed.workers,
         scheduler=parsed.scheduler,
         resume=parsed.resume,
+        pieces=parsed.pieces,
         templates=parsed.templates,
         export_option=tuple(parsed.export_option),
         force=parsed.force,

@@ -58,6 +58,8 @@ def make_plan(options: RunOptions) -> Plan:
         raise PackgenError("--workers: found with --scheduler; leave one of them out")
     if options.resume and not options.shared:
         raise PackgenError("--resume: found without --workers or --scheduler; add the one of the first run")
+    if options.pieces:
+        _check_pieces(options)
     scene = load_scene(options.scene, options.changes)
     if options.seed is not None:
         if ("seed",) in scene.marked.given:
@@ -82,6 +84,21 @@ def _settle(options: RunOptions) -> str | None:
 
     find_solver(options.settle, option="--settle")
     return options.settle
+
+
+def _check_pieces(options: RunOptions) -> None:
+    """Refuse what goes with no bed in pieces."""
+    if not options.shared:
+        raise PackgenError("--pieces: found without --workers or --scheduler; add one of them")
+    for name, found in (
+        ("--validate", options.validate),
+        ("--picture", options.picture),
+        ("--settle", options.settle is not None),
+    ):
+        if found:
+            raise PackgenError(
+                f"--pieces: found with {name}, which takes the whole bed; leave one of them out"
+            )
 
 
 def check_solvers(given: tuple[str, ...], *, validate: bool) -> tuple[str, ...]:

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from packgen.cli.crews import crew_of, parts_of
+from packgen.cli.crews import crew_of, gathering_remark, parts_of
 from packgen.cli.ending import EXIT_INTERRUPTED, Ending
-from packgen.cli.exports import check_formats, outlook_of, write_decks
+from packgen.cli.exports import check_formats, check_whole, outlook_of, write_decks
 from packgen.cli.options import RunOptions
 from packgen.cli.plan import Plan, make_plan
 from packgen.cli.progress import Share, show_progress
@@ -30,7 +31,8 @@ from packgen.summary import summary
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.arrange.crew import Crew
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed
+    from packgen.filling.in_pieces import PiecesResult
     from packgen.filling.pack import PackResult
     from packgen.geometry import Container
     from packgen.report import Measures, Report
@@ -44,7 +46,8 @@ class _Vessel:
 
     Attributes:
         container: The container.
-        mended: A line for each repair of its surface; shown at the end, or with an error.
+        mended: A line for each repair of its surface, and for a bed too large to be gathered; shown at the
+            end, or with an error.
         for_solver: Whether the bed is for a solver.
     """
 
@@ -59,14 +62,13 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     with watch.stage("scene"):
         plan = make_plan(options)
     folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
-    with folder:
-        vessel = _load(plan, watch)
-        parts = parts_of(options)
+    with folder, parts_of(options) as parts:
+        vessel = _load(plan, options, watch)
         with crew_of(options, plan.scene, parts, ending) as crew:
-            packed = _pack(plan.scene, vessel, options, watch, crew)
+            packed = _pack(plan.scene, vessel, options, watch, crew, folder.path)
         outcome = settle_bed(packed.bed, plan, folder, watch, quiet=options.quiet)
         bed = outcome.bed
-        measures = _measure(plan.scene, packed, bed, options.threads, watch)
+        measures = _measure(plan.scene, packed, bed, options.threads, watch, folder)
         unwritten = _write(bed, plan, folder, watch)
         measures = with_settling(measures, outcome, keep_state(outcome, folder), watch)
         verdict = _validate(outcome, plan, folder, watch, quiet=options.quiet)
@@ -93,7 +95,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     return code
 
 
-def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
+def _load(plan: Plan, options: RunOptions, watch: Stopwatch) -> _Vessel:
     """Load the container, and let formats refuse it before the run.
 
     Raises:
@@ -107,6 +109,13 @@ def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
         refuse_unsettled(plan, plan.scene, container)
+        remark = gathering_remark(options, plan.scene)
+        if remark is not None:
+            mended.append(remark)
+            warn(remark)
+        if options.pieces:
+            amounts = [zone.n_particles for zone in plan.scene.zones]
+            check_whole(plan.formats, sum(each or 0 for each in amounts))
     for_solver = any(each.exporter.IS_DECK for each in plan.formats.values())
     return _Vessel(container, tuple(mended), for_solver)
 
@@ -128,16 +137,23 @@ def warn(line: str) -> None:
 
 
 def _pack(
-    scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch, crew: Crew | None
-) -> PackResult:
+    scene: Scene, vessel: _Vessel, options: RunOptions, watch: Stopwatch, crew: Crew | None, folder: Path
+) -> PackResult | PiecesResult:
     """Fill the container; warnings are shown while there is time to stop the run."""
-    from packgen.filling.pack import pack
-
     with (
         watch.stage("arrange"),
         show_progress(sys.stderr, quiet=options.quiet) as listener,
         explained(vessel.mended),
     ):
+        if options.pieces and crew is not None:
+            from packgen.filling.in_pieces import pack_in_pieces
+
+            return pack_in_pieces(
+                scene, vessel.container, folder, crew=crew, on_progress=listener, threads=options.threads,
+                warn=warn, for_solver=vessel.for_solver,
+            )  # fmt: skip
+        from packgen.filling.pack import pack
+
         return pack(
             scene,
             vessel.container,
@@ -150,29 +166,49 @@ def _pack(
         )
 
 
-def _measure(scene: Scene, packed: PackResult, bed: Bed, threads: int | None, watch: Stopwatch) -> Measures:
-    """Check and measure a bed, the packed one or what a solver has made of it."""
+def _measure(
+    scene: Scene,
+    packed: PackResult | PiecesResult,
+    bed: AnyBed,
+    threads: int | None,
+    watch: Stopwatch,
+    folder: ResultFolder,
+) -> Measures:
+    """Check and measure a bed, the packed one or what a solver has made of it; note what is left out."""
+    from packgen.bed import Bed
     from packgen.check import check_bed, wall_clearance
     from packgen.measure.order import WALL_REACH
+    from packgen.pieces import PieceBed
     from packgen.report import measure_bed
 
+    laws = [each.distribution for each in scene.particle_sets]
+    if isinstance(bed, PieceBed):
+        from packgen.report_in_pieces import check_pieces, left_out, measure_pieces
+
+        folder.notes.append(left_out())
+        with watch.stage("check"):
+            check = check_pieces(bed)
+        with watch.stage("measure"):
+            return measure_pieces(bed, check, zones=packed.zones, laws=laws)
+    assert isinstance(bed, Bed)
     with watch.stage("check"):
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
     with watch.stage("measure"):
-        laws = [each.distribution for each in scene.particle_sets]
         return measure_bed(
             bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads,
             jamming=packed.jamming,
         )  # fmt: skip
 
 
-def _write(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tuple[str, ...]:
+def _write(bed: AnyBed, plan: Plan, folder: ResultFolder, watch: Stopwatch) -> tuple[str, ...]:
     """Write bed and decks; return a line for each deck that could not be written."""
+    from packgen.bed import Bed
     from packgen.bedfile import save_bed
 
-    with watch.stage("write"):
-        save_bed(bed, folder.path / "bed.npz")
+    if isinstance(bed, Bed):  # pieces are written already
+        with watch.stage("write"):
+            save_bed(bed, folder.path / "bed.npz")
     with watch.stage("export"):
         return write_decks(bed, folder.path, plan.formats)
 
@@ -181,7 +217,9 @@ def _validate(
     outcome: Outcome, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool
 ) -> Verdict | None:
     """Let solvers confirm the decks; None where none is asked, or the bed is not settled as it was to be."""
-    if not plan.solvers or outcome.interrupted:
+    from packgen.bed import Bed
+
+    if not plan.solvers or outcome.interrupted or not isinstance(outcome.bed, Bed):
         return None
     from packgen.validation import validate_decks
 

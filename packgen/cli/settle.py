@@ -17,7 +17,7 @@ from packgen.resultfolder import UNSETTLED, ResultFolder
 from packgen.stopping import unhurried
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed, Bed
     from packgen.geometry import Container
     from packgen.report import Measures
     from packgen.scene import Scene
@@ -42,7 +42,7 @@ class Outcome:
         folder: Where the solver ran; None likewise.
     """
 
-    bed: Bed
+    bed: AnyBed
     settled: Settled | None = None
     before: BedFigures | None = None
     missed: tuple[str, ...] = ()
@@ -76,10 +76,12 @@ def refuse_unsettled(plan: Plan, scene: Scene, container: Container) -> None:
         )
 
 
-def settle_bed(bed: Bed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool) -> Outcome:
+def settle_bed(bed: AnyBed, plan: Plan, folder: ResultFolder, watch: Stopwatch, *, quiet: bool) -> Outcome:
     """Let the solver settle the bed; one that fails, or loses spheres, costs no bed."""
     solver = plan.settle
-    if solver is None:
+    from packgen.bed import Bed
+
+    if solver is None or not isinstance(bed, Bed):  # no solver settles a bed in pieces
         return Outcome(bed)
     from packgen.settling import settle
 
@@ -162,7 +164,9 @@ def with_settling(measures: Measures, outcome: Outcome, state: str, watch: Stopw
         watch: What has timed the solver.
     """
     settled, before = outcome.settled, outcome.before
-    if settled is None or before is None:
+    from packgen.bed import Bed
+
+    if settled is None or before is None or not isinstance(outcome.bed, Bed):
         return measures
     from packgen.settlement import Settling, bed_figures
     from packgen.settling.run import STILL_SPEED

@@ -16,7 +16,7 @@ from packgen.resultfolder import MANIFEST, PAGE, list_files
 from packgen.stopping import stop_seen
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed
     from packgen.report import Measures, Report
 
 Thing = TypeVar("Thing")
@@ -78,7 +78,7 @@ def composer(
 
 
 def write_looks(
-    bed: Bed, compose: Compose, folder: Path, name: str, watch: Stopwatch, *, page: bool, picture: bool
+    bed: AnyBed, compose: Compose, folder: Path, name: str, watch: Stopwatch, *, page: bool, picture: bool
 ) -> Report:
     """Write ``report.json``, page and pictures of a bed whose other files are written.
 
@@ -127,9 +127,18 @@ def _pictures(folder: Path) -> tuple[Path, ...]:
     return write_pictures(folder)
 
 
-def _view(bed: Bed) -> dict[str, Any]:
+def _view(bed: AnyBed) -> dict[str, Any]:
+    from packgen.bed import Bed
     from packgen.page import spheres_of, view_data
+    from packgen.pieces import GATHERED_MAX, PieceBed
 
+    if isinstance(bed, PieceBed):
+        if bed.count > GATHERED_MAX:
+            raise PackgenError(
+                f"found a bed in pieces of {bed.count:,} spheres, expected at most {GATHERED_MAX:,} to show"
+            )
+        bed = bed.gathered()
+    assert isinstance(bed, Bed)
     return view_data(spheres_of(bed))
 
 

@@ -4,33 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from packgen.arrange.crew import Alone, Crew
-from packgen.arrange.registry import find
-from packgen.arrange.spheres import Spheres
-from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
+from packgen.arrange.crew import Crew
+from packgen.arrange.task import Listener, Outcome, Task
+from packgen.arrays import Float64Array
 from packgen.bed import Bed, ParticleSet
-from packgen.container.load import load_container
 from packgen.distributions import UNIT_VOLUME
-from packgen.errors import PackingError
-from packgen.filling.compacted import SLACK, aim_of, as_dense, falls, friction_of
-from packgen.filling.densities import Density, densities, gap_of
-from packgen.filling.fit import checked_locations
-from packgen.filling.periods import check_periods
+from packgen.filling.compacted import SLACK, as_dense
+from packgen.filling.prepared import Prepared, prepared
 from packgen.filling.remarks import remarks
-from packgen.filling.room import Locations
-from packgen.filling.softness import check_softness
-from packgen.filling.tiles import in_tiles
-from packgen.geometry import Container, Shape, Slice, floor_direction
+from packgen.geometry import Container, Shape, Slice
 from packgen.jamming import Jamming
-from packgen.portable import cube, length
-from packgen.scene.load import Scene, load_scene
+from packgen.portable import cube
+from packgen.scene.load import Scene
 from packgen.supply.fitting import SumFit
-from packgen.supply.supply import Supply
 from packgen.version import __version__
 
 
@@ -113,99 +105,47 @@ def pack(
         SceneError: The scene says what none can; or the bed's weight would squeeze its spheres through each
             other, and it does not say ``allow_soft``.
     """
-    _check_device(device)
-    warnings: list[str] = []
-
-    def tell(line: str) -> None:
-        warnings.append(line)
-        warn(line)
-
-    if isinstance(scene, Path | str | Mapping):
-        scene = load_scene(scene)
-    if container is None:
-        container = load_container(scene, tell)
-    scene = in_tiles(scene, shared=crew is not None)
-    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
-
-    # A wrong unit makes spheres soft, too: it is told first.
-    locations = checked_locations(scene, container, tell)
-    plain, aim = aim_of(scene, container, locations)
-    asked, wanted = densities(plain, container, locations)
-    for line in check_softness(scene, container, for_solver=for_solver):
-        tell(line)
-    gravity = np.asarray(scene.gravity_direction, float)
-    down = floor_direction(gravity, container.periodic)
-    down = gravity / length(gravity) if down is None else down
-    setting = Setting(container, down, scene.params, threads, device)
-
-    def make(core_fraction: float | None = None, number: int = 0) -> _Made:
-        listener = _of_try(on_progress or no_listener, number)
-        task = _task(asked, setting, locations, listener, crew or Alone(), core_fraction)
-        widest = (float(each.gap.half(np.array(each.supply.radius_max))) for each in task.zones)
-        check_periods(scene, container, max(widest))
-        arranged = algorithm(task)
-        outcome = arranged if isinstance(arranged, Outcome) else Outcome(arranged, container)
-        return _Made(task.zones, outcome, _bed(scene, outcome))
-
-    if aim is None:
-        made = make()
-        results = _results(made.outcome.spheres, made.zones, wanted)
+    ready = prepared(
+        scene, container, on_progress=on_progress, threads=threads, device=device, warn=warn,
+        for_solver=for_solver, crew=crew,
+    )  # fmt: skip
+    if ready.aim is None:
+        made, reached = _made(ready), None
     else:
-        if (warning := falls(aim, friction_of(scene, scene.zones[0]))) is not None:
-            tell(warning)
-        made, reached = as_dense(aim, make)
-        (result,) = _results(made.outcome.spheres, made.zones, wanted)
-        results = (replace(result, solid_fraction_asked=aim.asked, solid_fraction=reached, slack=SLACK),)
-    return PackResult(
-        made.bed, results, (*warnings, *remarks(asked, made.bed, results)), made.outcome.jamming
-    )
+        made, reached = as_dense(ready.aim, partial(_made, ready))
+    spheres, zones = made.outcome.spheres, made.task.zones
+    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
+    solid = np.bincount(spheres.zone_index, UNIT_VOLUME * cube(spheres.radius), len(zones)).tolist()
+    results = zone_results(ready, made.task, placed, solid)
+    if ready.aim is not None:
+        asked = ready.aim.asked
+        results = (
+            replace(results[0], solid_fraction_asked=asked, solid_fraction=reached, slack=SLACK),
+        )  # fmt: skip
+    warnings = (*ready.warnings, *remarks(ready.asked, made.bed, results))
+    return PackResult(made.bed, results, warnings, made.outcome.jamming)
 
 
 class _Made(NamedTuple):
-    """What an algorithm has made of the zones of a task."""
+    """What an algorithm has made of a task."""
 
-    zones: tuple[ZoneTask, ...]
+    task: Task
     outcome: Outcome
     bed: Bed
 
 
-def _of_try(listener: Listener, number: int) -> Listener:
-    """Return a listener that hears which try a bed is, from 0."""
-    if number == 0:
-        return listener
-    return lambda progress: listener(replace(progress, stage=f"{progress.stage}, bed {number + 1}"))
+def _made(ready: Prepared, core_fraction: float | None = None, number: int = 0) -> _Made:
+    """Pack a bed; see ``Prepared.task``."""
+    task = ready.task(core_fraction, number)
+    arranged = ready.algorithm(task)
+    outcome = arranged if isinstance(arranged, Outcome) else Outcome(arranged, task.container)
+    return _Made(task, outcome, _bed(ready.scene, outcome))
 
 
-def _task(
-    scene: Scene,
-    setting: Setting,
-    locations: Sequence[Locations],
-    on_progress: Listener,
-    crew: Crew,
-    core_fraction: float | None,
-) -> Task:
-    """Draw the spheres of all zones; each zone has randomness of its own."""
-    first, *of_supplies = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
-    # The first zone goes on with the seed of the whole, so that a scene of one zone has one source.
-    seeds = [first, *first.spawn(len(scene.zones) - 1)]
-    zones = []
-    for index, zone in enumerate(scene.zones):
-        supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
-        mark, friction = scene.mark(f"zones[{index}]"), friction_of(scene, zone)
-        zones.append(
-            ZoneTask(
-                index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone),
-                core_fraction,
-            )
-        )  # fmt: skip
-    return Task(setting, tuple(zones), np.random.default_rng(first), on_progress, crew)
-
-
-def _results(
-    spheres: Spheres, zones: Sequence[ZoneTask], wanted: Sequence[Density | None]
+def zone_results(
+    ready: Prepared, task: Task, placed: Sequence[int], solid: Sequence[float]
 ) -> tuple[ZoneResult, ...]:
-    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
-    solid = np.bincount(spheres.zone_index, UNIT_VOLUME * cube(spheres.radius), len(zones)).tolist()
+    """Return the outcome of each zone, by its number of spheres and their solid volume [m3]."""
     return tuple(
         ZoneResult(
             zone.supply.asked,
@@ -217,38 +157,41 @@ def _results(
             None if density is None else density.fraction,
             None if density is None else solid[zone.index] / density.room,
         )
-        for zone, density in zip(zones, wanted, strict=True)
+        for zone, density in zip(task.zones, ready.wanted, strict=True)
     )
-
-
-def _check_device(device: str) -> None:
-    if device in {"cpu", "torch"}:
-        return
-    import torch
-
-    if not torch.cuda.is_available():
-        raise PackingError(
-            f"--device {device}: torch finds no such device; leave --device out to use the CPU"
-        )
 
 
 def _bed(scene: Scene, outcome: Outcome) -> Bed:
     spheres = outcome.spheres
-    sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
-    provenance: dict[str, Any] = {
+    provenance = provenance_of(scene)
+    if outcome.jamming is not None:
+        provenance["jamming"] = asdict(outcome.jamming)
+    return Bed(
+        spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
+        sets_of(scene), scene.materials, scene.wall_material, outcome.container, gravity_of(scene),
+        scene.tolerance,
+        provenance,
+        spheres.body_index,
+    )  # fmt: skip
+
+
+def sets_of(scene: Scene) -> tuple[ParticleSet, ...]:
+    """Return the particle sets of a scene, as a bed has them."""
+    return tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
+
+
+def gravity_of(scene: Scene) -> Float64Array:
+    """Return the acceleration of gravity of a scene [m/s2], shape (3,)."""
+    # No negative zeros.
+    return np.asarray(np.asarray(scene.gravity_direction, float) * scene.gravity + 0.0)
+
+
+def provenance_of(scene: Scene) -> dict[str, Any]:
+    """Return what a bed says of the scene that it was made from."""
+    return {
         "packgen": __version__,
         "scene": scene.path.name,
         "seed": scene.seed,
         "algorithm": scene.algorithm,
         "settings": scene.model_dump(),
     }
-    if outcome.jamming is not None:
-        provenance["jamming"] = asdict(outcome.jamming)
-    return Bed(
-        spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
-        sets, scene.materials, scene.wall_material, outcome.container,
-        np.asarray(scene.gravity_direction, float) * scene.gravity + 0.0,  # no negative zeros
-        scene.tolerance,
-        provenance,
-        spheres.body_index,
-    )  # fmt: skip

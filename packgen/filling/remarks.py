@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import AnyBed, Bed
 from packgen.check.sides import free_standing_zones
 from packgen.check.support import hanging_zones
 from packgen.geometry import Shape, Slice
@@ -18,7 +18,7 @@ from packgen.supply.shares import mean_weights, number_shares, reached_amounts
 if TYPE_CHECKING:
     from packgen.scene import Scene, ZoneSpec
 
-__all__ = ["PackedZone", "remarks", "remarks_of_amounts"]
+__all__ = ["PackedZone", "remarks", "remarks_in_pieces", "remarks_of_amounts"]
 
 SHARE_ERROR = 0.005
 """Deviation of a set's share in a zone that is tolerated for any number of spheres."""
@@ -82,6 +82,20 @@ def remarks_of_amounts(scene: Scene, zones: Sequence[PackedZone]) -> tuple[str, 
         zones: Each of its zones, in their order.
     """
     return (*_off_sums(scene, zones), *_without_spheres(scene, zones))
+
+
+def remarks_in_pieces(scene: Scene, bed: AnyBed, zones: Sequence[PackedZone]) -> tuple[str, ...]:
+    """Return what `remarks` does, of a bed in pieces; what is not looked at there is said."""
+    return (
+        *(
+            f"{_place(scene, index)}: whether anything holds it up is not looked at in a bed in pieces; "
+            "pack it without --pieces to know"
+            for index, zone in enumerate(zones)
+            if zone.locations
+        ),
+        *remarks_of_amounts(scene, zones),
+        *_off_shares(scene, bed, zones),
+    )
 
 
 def _place(scene: Scene, zone: int) -> str:
@@ -156,7 +170,7 @@ def _without_spheres(scene: Scene, zones: Sequence[PackedZone]) -> list[str]:
     return lines
 
 
-def _off_shares(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> list[str]:
+def _off_shares(scene: Scene, bed: AnyBed, zones: Sequence[PackedZone]) -> list[str]:
     """Return a line for each zone whose sets are not in the proportions asked for."""
     lines = []
     for index, (spec, zone) in enumerate(zip(scene.zones, zones, strict=True)):

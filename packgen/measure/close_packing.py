@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from packgen.bed import Bed
+from packgen.bed import AnyBed, Bed
 from packgen.measure.fraction import SolidFraction, against_gravity
 from packgen.measure.volumes import mean_diameter, wall_area_below
 from packgen.supply.close_packing import close_packing_fraction, wall_loss
@@ -41,8 +41,19 @@ def close_packing(bed: Bed, solid: SolidFraction) -> ClosePacking | None:
     """
     if bed.count == 0 or solid.filled_volume <= 0.0:
         return None
-    fraction = close_packing_fraction(bed.radius)
+    return beside_close_packing(bed, solid, close_packing_fraction(bed.radius), mean_diameter(bed.radius))
+
+
+def beside_close_packing(bed: AnyBed, solid: SolidFraction, fraction: float, diameter: float) -> ClosePacking:
+    """Return how far a bed is from the random close packing of its spheres, which is known.
+
+    Args:
+        bed: The bed.
+        solid: Its solid fractions.
+        fraction: The solid fraction of the random close packing.
+        diameter: Mean diameter of the spheres by volume [m].
+    """
     area = wall_area_below(bed.container, against_gravity(bed), solid.top)
     of, own = ("filled", solid.filled) if solid.core is None else ("core", solid.core)
-    loss = wall_loss(area, solid.filled_volume, mean_diameter(bed.radius))
+    loss = wall_loss(area, solid.filled_volume, diameter)
     return ClosePacking(fraction, own / fraction, of, loss)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import Float64Array, add_at
+from packgen.arrays import Float64Array, add_at, tallied
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
+from packgen.part import Part
 
 GAPS = (0.0, 0.001, 0.01, 0.05)  # largest gaps of a contact [smaller radii]
 HELD_MIN = 4  # contacts that a sphere needs to be held
@@ -84,36 +85,75 @@ def contacts_and_gaps(
     Returns:
         Contacts, one entry a gap of ``gaps``; pairs counted between `GAP_EDGES`.
     """
-    widest = max(*gaps, GAP_EDGES[-1])
-    count = np.zeros((len(gaps), bed.count), dtype=np.int32)
-    pair_count = np.zeros(len(GAP_EDGES), dtype=np.int64)
-    for pairs in near_pairs(
-        bed.position,
-        bed.radius,
-        gap_fraction=widest,
-        period=bed.container.period,
-        body_index=bed.body_index,
-    ):
-        share = pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
-        edge = np.searchsorted(GAP_EDGES, share)
-        pair_count += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]
-        for place, gap in enumerate(gaps):
-            for end in (pairs.first, pairs.second):
-                add_at(count[place], end[share <= gap])
-    if clearance is None:
-        clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + widest))
-    total = max(bed.count, 1)
-    found = []
-    for place, gap in enumerate(gaps):
-        at_wall = clearance <= bed.radius * (1.0 + gap)
-        found.append(
+    counter = ContactCounter(gaps)
+    counter.add(Part.whole(bed), clearance)
+    return counter.result()
+
+
+class ContactCounter:
+    """Counts contacts and gaps of a bed in parts, as of the bed in one.
+
+    Args:
+        gaps: Largest gaps that count as contacts, as fractions of the smaller radius, none below 0.
+
+    Attributes:
+        widest: Largest gap that is looked for, as a fraction of the smaller radius.
+    """
+
+    def __init__(self, gaps: Sequence[float] = GAPS) -> None:
+        self._gaps, self.widest = gaps, max(*gaps, GAP_EDGES[-1])
+        self._pairs = np.zeros(len(GAP_EDGES), dtype=np.int64)
+        self._spread = [np.zeros(0, dtype=np.int64) for _ in gaps]
+        self._at_wall, self._none, self._rattlers = np.zeros((3, len(gaps)), dtype=np.int64)
+        self._spheres = 0
+
+    def add(self, part: Part, clearance: Float64Array | None = None) -> None:
+        """Count the contacts of a part.
+
+        Args:
+            part: The part, with all around it that its spheres may touch.
+            clearance: Distance of each own centre from the nearest wall [m], exact as far as a contact, where
+                it is known; shape (own,).
+        """
+        bed, own = part.bed, slice(part.own)
+        count = np.zeros((len(self._gaps), bed.count), dtype=np.int32)
+        for pairs in near_pairs(
+            bed.position,
+            bed.radius,
+            gap_fraction=self.widest,
+            period=bed.container.period,
+            body_index=bed.body_index,
+        ):
+            share = pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
+            for place, gap in enumerate(self._gaps):
+                for end in (pairs.first, pairs.second):
+                    add_at(count[place], end[share <= gap])
+            counted = share if part.is_whole else share[part.counted(pairs.first, pairs.second)]
+            edge = np.searchsorted(GAP_EDGES, counted)
+            self._pairs += np.bincount(edge, minlength=len(GAP_EDGES) + 1)[: len(GAP_EDGES)]
+        radius = bed.radius[own]
+        if clearance is None:
+            clearance = wall_clearance(bed.container, bed.position[own], radius * (1.0 + self.widest))
+        self._spheres += part.own
+        for place, gap in enumerate(self._gaps):
+            at_wall, number = clearance <= radius * (1.0 + gap), count[place, own]
+            self._at_wall[place] += np.count_nonzero(at_wall)
+            self._none[place] += np.count_nonzero((number == 0) & ~at_wall)
+            self._rattlers[place] += np.count_nonzero(number + at_wall < HELD_MIN)
+            self._spread[place] = tallied(self._spread[place], number)
+
+    def result(self) -> tuple[tuple[Contacts, ...], Gaps]:
+        """Return what was counted of all parts, as `contacts_and_gaps` does."""
+        total = max(self._spheres, 1)
+        found = tuple(
             Contacts(
                 gap=gap,
-                mean=float(count[place].sum()) / total,
-                wall_mean=float(np.count_nonzero(at_wall)) / total,
-                none=float(np.count_nonzero((count[place] == 0) & ~at_wall)) / total,
-                rattlers=float(np.count_nonzero(count[place] + at_wall < HELD_MIN)) / total,
-                spread=tuple(np.bincount(count[place]).tolist()),
+                mean=float(self._spread[place] @ np.arange(len(self._spread[place]))) / total,
+                wall_mean=float(self._at_wall[place]) / total,
+                none=float(self._none[place]) / total,
+                rattlers=float(self._rattlers[place]) / total,
+                spread=tuple(self._spread[place].tolist()),
             )
+            for place, gap in enumerate(self._gaps)
         )
-    return tuple(found), Gaps(GAP_EDGES, tuple(pair_count.tolist()))
+        return found, Gaps(GAP_EDGES, tuple(self._pairs.tolist()))

@@ -16,6 +16,7 @@ from packgen.bed import Bed
 from packgen.check import near_pairs
 from packgen.check.wall_contacts import wall_contacts
 from packgen.geometry import Mesh
+from packgen.part import Part
 
 GAPS_A_DECADE = 8
 GAP_LEAST, GAP_LARGEST = 1.0e-8, 1.0e-1  # radii
@@ -40,8 +41,9 @@ class Coordination:
         plateau_high: Largest gap of the plateau; None where there is none.
         rattlers: Share of the spheres that their contacts at the middle of the plateau cannot hold, taken out
             one after the other: what only such spheres hold is not held. Under gravity three contacts are
-            needed, one of them below the centre; without gravity four. None without a plateau.
-        plateau_held: Contacts a sphere there without the rattlers and their contacts; None without a plateau.
+            needed, one of them below the centre; without gravity four. None without a plateau, and of a bed
+            in pieces.
+        plateau_held: Contacts a sphere there without the rattlers and their contacts; None likewise.
     """
 
     gap: tuple[float, ...]
@@ -75,12 +77,8 @@ def coordination(bed: Bed, clearance: Float64Array) -> Coordination | None:
     """
     if not 0 < bed.count <= SPHERES_MAX:
         return None
-    decades = np.log10(GAP_LARGEST / GAP_LEAST)
-    gap = np.logspace(np.log10(GAP_LEAST), np.log10(GAP_LARGEST), round(decades * GAPS_A_DECADE) + 1)
-    ends = _ends(bed, clearance)
-    weight = np.where(ends.second < 0, 1.0, 2.0)
-    number = np.bincount(np.searchsorted(gap, ends.gap), weights=weight, minlength=len(gap) + 1)
-    mean = np.cumsum(number[: len(gap)]) / bed.count
+    gap, ends = _gaps(), _ends(Part.whole(bed), clearance)
+    mean = _mean(_number(ends, gap), bed.count)
     found = plateau(mean)
     values: list[float | None] = [None] * 5
     if found is not None:
@@ -90,6 +88,49 @@ def coordination(bed: Bed, clearance: Float64Array) -> Coordination | None:
         values = [float(each) for each in (mean[middle], gap[low], gap[high], loose.mean())]
         values.append(_mean_without(ends, loose, float(gap[middle])))
     return Coordination(tuple(gap.tolist()), tuple(mean.tolist()), *values)
+
+
+class CoordinationCounter:
+    """Counts contacts over the gap of a bed in parts; rattlers hang on the whole bed and are left open."""
+
+    def __init__(self) -> None:
+        self._gap = _gaps()
+        self._number = np.zeros(len(self._gap))
+        self._spheres = 0
+
+    def add(self, part: Part, clearance: Float64Array) -> None:
+        """Count the contacts of a part; clearance as `coordination` has it, of its own spheres, (own,)."""
+        self._number += _number(_ends(part, clearance), self._gap)
+        self._spheres += part.own
+
+    def result(self) -> Coordination | None:
+        """Return what was counted of all parts; None of no spheres."""
+        if self._spheres == 0:
+            return None
+        mean = _mean(self._number, self._spheres)
+        found = plateau(mean)
+        values: list[float | None] = [None] * 5
+        if found is not None:
+            low, high = found
+            values[:3] = [float(each) for each in (mean[(low + high) // 2], self._gap[low], self._gap[high])]
+        return Coordination(tuple(self._gap.tolist()), tuple(mean.tolist()), *values)
+
+
+def _gaps() -> Float64Array:
+    """Return the gaps at which contacts are counted."""
+    decades = np.log10(GAP_LARGEST / GAP_LEAST)
+    return np.logspace(np.log10(GAP_LEAST), np.log10(GAP_LARGEST), round(decades * GAPS_A_DECADE) + 1)
+
+
+def _number(ends: _Ends, gap: Float64Array) -> Float64Array:
+    """Return how many ends of contacts have each gap, those of larger ones left out, shape of ``gap``."""
+    weight = np.where(ends.second < 0, 1.0, 2.0)
+    number = np.bincount(np.searchsorted(gap, ends.gap), weights=weight, minlength=len(gap) + 1)
+    return np.asarray(number[: len(gap)])
+
+
+def _mean(number: Float64Array, spheres: int) -> Float64Array:
+    return np.asarray(np.cumsum(number) / spheres)
 
 
 def plateau(mean: Float64Array) -> tuple[int, int] | None:
@@ -110,8 +151,9 @@ def plateau(mean: Float64Array) -> tuple[int, int] | None:
     return first, int(last[first])
 
 
-def _ends(bed: Bed, clearance: Float64Array) -> _Ends:
-    """Return all contacts up to the largest gap."""
+def _ends(part: Part, clearance: Float64Array) -> _Ends:
+    """Return all contacts of a part up to the largest gap."""
+    bed = part.bed
     down = bed.down
     periods = np.array([each or 0.0 for each in bed.container.period])
     # Along `down` nothing wraps around in a bed that rests; in others no depth is asked for.
@@ -126,7 +168,11 @@ def _ends(bed: Bed, clearance: Float64Array) -> _Ends:
         apart = bed.position[pairs.second] - bed.position[pairs.first]
         apart -= periods * np.round(apart / np.where(periods > 0.0, periods, 1.0))
         smaller = np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
-        parts.append((pairs.first, pairs.second, pairs.gap / smaller, apart @ down))
+        found = pairs.first, pairs.second, pairs.gap / smaller, apart @ down
+        if not part.is_whole:
+            counted = part.counted(pairs.first, pairs.second)
+            found = found[0][counted], found[1][counted], found[2][counted], found[3][counted]
+        parts.append(found)
     sphere, away, below = _walls(bed, clearance, down)
     parts.append((sphere, np.full(len(sphere), -1), away, below))
     return _Ends(*(np.concatenate(each) for each in zip(*parts, strict=True)))
@@ -136,7 +182,7 @@ def _walls(
     bed: Bed, clearance: Float64Array, down: Float64Array
 ) -> tuple[Int64Array, Float64Array, Float64Array]:
     """Return the spheres at walls, their gaps in radii, and the walls' depth below them, each (W,)."""
-    near = np.flatnonzero(clearance <= bed.radius * (1.0 + GAP_LARGEST))
+    near = np.flatnonzero(clearance <= bed.radius[: len(clearance)] * (1.0 + GAP_LARGEST))
     if isinstance(bed.container.shape, Mesh):
         # What the wall's direction is, is not known: it may be below.
         return near, clearance[near] / bed.radius[near] - 1.0, np.ones(len(near))

@@ -11,7 +11,7 @@ from packgen.arrays import Float64Array, read_only
 from packgen.bed import Bed
 from packgen.check import wall_clearance
 from packgen.check.mesh import MeshWalls
-from packgen.geometry import Box, Mesh
+from packgen.geometry import Box, Container, Mesh
 from packgen.measure.volumes import mean_diameter
 
 MARGINS = (2.0, 1.0, 0.5)  # wall distances to try, in mean diameters
@@ -71,13 +71,35 @@ def find_core(bed: Bed, up: Float64Array, top: float) -> Core | None:
     """
     if bed.count == 0:
         return None
-    shape = bed.container.shape
+    some = bed.position[:: center_step(bed.count)]
+    return core_between_walls(bed.container, up, top, mean_diameter(bed.radius), np.asarray(some))
+
+
+def center_step(count: int) -> int:
+    """Return which of so many centres, one in how many, tell where there is room between walls."""
+    return max(1, count // 2000)  # that room is wide compared with a sphere
+
+
+def core_between_walls(
+    container: Container, up: Float64Array, top: float, diameter: float, centers: Float64Array
+) -> Core | None:
+    """Return the core of a bed of which these are known; see `find_core`.
+
+    Args:
+        container: The vessel.
+        up: Unit vector against gravity, shape (3,), float64.
+        top: Height of the bed's top [m].
+        diameter: Mean diameter of the spheres by volume [m].
+        centers: Some centres of spheres [m], shape (n, 3); see `center_step`.
+    """
+    shape = container.shape
     if isinstance(shape, Box):
         return _box_core(shape, up, top)
-    diameter = mean_diameter(bed.radius)
-    finder = _ball_core if isinstance(shape, Mesh) else _upright_core
     for margin in MARGINS:
-        core = finder(bed, up, top, margin * diameter)
+        if isinstance(shape, Mesh):
+            core = _ball_core(shape, centers, up, top, margin * diameter)
+        else:
+            core = _upright_core(container, up, top, margin * diameter)
         if core is not None and float(core.half.min()) > 0.5 * diameter:
             return core
     return None
@@ -105,16 +127,18 @@ def _box_core(box: Box, up: Float64Array, top: float) -> Core | None:
     return Core(center, np.eye(3), half, rule) if (half > 0.0).all() else None
 
 
-def _upright_core(bed: Bed, up: Float64Array, top: float, margin: float) -> Core | None:
+def _upright_core(container: Container, up: Float64Array, top: float, margin: float) -> Core | None:
     """The largest upright square box around a convex container's middle, ``margin`` [m] from all walls."""
     axes = _frame(up)
-    corners = bed.container.surface.vertices @ axes.T
+    corners = container.surface.vertices @ axes.T
     middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     bottom = float(corners[:, 2].min())
     heights = np.linspace(bottom + margin, top - margin, LEVELS)
     if heights[-1] <= heights[0]:
         return None
-    width = np.array([_half_width(bed, axes, np.append(middle[:2], height), margin) for height in heights])
+    width = np.array(
+        [_half_width(container, axes, np.append(middle[:2], height), margin) for height in heights]
+    )
     # Between two levels a convex container is at least as wide as at the narrower one.
     low, high = np.triu_indices(LEVELS, 1)
     half = np.minimum(width[low], width[high])
@@ -127,25 +151,23 @@ def _upright_core(bed: Bed, up: Float64Array, top: float, margin: float) -> Core
     return Core(center, axes, np.array([half[best], half[best], 0.5 * span]), rule)
 
 
-def _half_width(bed: Bed, axes: Float64Array, center: Float64Array, margin: float) -> float:
+def _half_width(container: Container, axes: Float64Array, center: Float64Array, margin: float) -> float:
     """Half the side [m] of the largest square at a level whose corners keep the margin: by bisection."""
     signs = np.array([[1.0, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]])
-    low, high = 0.0, float(np.ptp(bed.container.bounds, axis=0).max())
-    if wall_clearance(bed.container, (center @ axes)[None], np.full(1, margin))[0] < margin:
+    low, high = 0.0, float(np.ptp(container.bounds, axis=0).max())
+    if wall_clearance(container, (center @ axes)[None], np.full(1, margin))[0] < margin:
         return 0.0
     for _ in range(50):
         middle = 0.5 * (low + high)
         corners = (center + middle * signs) @ axes
-        fits = bool((wall_clearance(bed.container, corners, np.full(4, margin)) >= margin).all())
+        fits = bool((wall_clearance(container, corners, np.full(4, margin)) >= margin).all())
         low, high = (middle, high) if fits else (low, middle)
     return low
 
 
-def _ball_core(bed: Bed, up: Float64Array, top: float, margin: float) -> Core | None:
+def _ball_core(mesh: Mesh, centers: Float64Array, up: Float64Array, top: float, margin: float) -> Core | None:
     """The cube in about the largest ball around a sphere's centre that no wall and not the top enters."""
-    step = max(1, bed.count // 2000)  # the room between walls is wide compared with a sphere
-    centers = np.asarray(bed.position[::step])
-    walls = MeshWalls(bed.container.surface)
+    walls = MeshWalls(mesh.surface)
     room = np.minimum(walls.distance_least(centers, 0.25 * margin), top - centers @ up)
     best = int(room.argmax())
     if not walls.contains(centers[best : best + 1])[0]:  # so far out that all have to be asked

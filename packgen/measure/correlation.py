@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import Float64Array
+from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.measure.core import Core
 from packgen.measure.volumes import mean_diameter
@@ -56,28 +56,85 @@ def pair_correlation(
         The function; None without a core, and in one with less than `SPHERES_MIN` spheres or less than one
         and a half diameters wide.
     """
-    from scipy.spatial import cKDTree
-
     if core is None:
         return None
     inside = core.contains(bed.position)
     count = int(np.count_nonzero(inside))
     if count < SPHERES_MIN:
         return None
-    diameter = mean_diameter(bed.radius[inside])
+    shells = correlation_shells(core, count, mean_diameter(bed.radius[inside]), reach, step)
+    if shells is None:
+        return None
+    local = (bed.position[inside] - core.center) @ core.axes.T
+    return shells.correlation(shells.weighed(local, np.arange(0, count, shells.every)))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CorrelationShells:
+    """The shells in which neighbours of a core's spheres are counted.
+
+    Attributes:
+        core: The core.
+        count: Number of spheres with centres in it.
+        diameter: Their mean diameter by volume [m].
+        middle: Middles of the shells, in mean diameters, rising.
+        edge: Bounds of the shells [m], rising.
+    """
+
+    core: Core
+    count: int
+    diameter: float
+    middle: Float64Array
+    edge: Float64Array
+
+    @property
+    def every(self) -> int:
+        """Around one sphere in how many neighbours are counted."""
+        return self.count // REFERENCES_MAX + 1
+
+    def weighed(self, local: Float64Array, chosen: Int64Array) -> Float64Array:
+        """Return the neighbours of some spheres in each shell, each by its weight.
+
+        Args:
+            local: Centres in the core's frame [m], shape (N, 3); the chosen ones' neighbours are among them.
+            chosen: Around which of them to count, shape (n,).
+        """
+        from scipy.spatial import cKDTree
+
+        found = cKDTree(local[chosen]).sparse_distance_matrix(
+            cKDTree(local), self.edge[-1], output_type="ndarray"
+        )
+        first, second = chosen[found["i"]], found["j"]
+        other = first != second
+        apart = np.abs(local[first[other]] - local[second[other]])
+        share = np.prod(1.0 - apart / (2.0 * self.core.half), axis=1)
+        return np.asarray(np.histogram(found["v"][other], bins=self.edge, weights=1.0 / share)[0])
+
+    def correlation(self, weighed: Float64Array) -> PairCorrelation:
+        """Return g(r) by the weighed neighbours of all spheres around which they were counted."""
+        references = len(range(0, self.count, self.every))
+        shell = 4.0 / 3.0 * np.pi * np.diff(self.edge**3)
+        g: Float64Array = weighed / (shell * references * (self.count - 1) / self.core.volume)
+        return PairCorrelation(self.diameter, tuple(self.middle.tolist()), tuple(g.tolist()), references)
+
+
+def correlation_shells(
+    core: Core, count: int, diameter: float, reach: float = REACH, step: float = STEP
+) -> CorrelationShells | None:
+    """Return the shells of a core that holds so many spheres; None where they are too few, or it too narrow.
+
+    Args:
+        core: The core.
+        count: Number of spheres with centres in it.
+        diameter: Their mean diameter by volume [m].
+        reach: Largest distance, in mean diameters.
+        step: Thickness of the shells, in mean diameters.
+    """
+    if count < SPHERES_MIN:
+        return None
     reach = min(reach, float(core.half.min()) / diameter - 0.5 * step)
     if reach < 1.5:
         return None
     middle = step * np.arange(1, int(reach / step + 1e-9) + 1)
     edge = np.concatenate([[0.5 * step], middle + 0.5 * step]) * diameter
-    local = (bed.position[inside] - core.center) @ core.axes.T
-    chosen = np.arange(0, count, count // REFERENCES_MAX + 1)
-    found = cKDTree(local[chosen]).sparse_distance_matrix(cKDTree(local), edge[-1], output_type="ndarray")
-    first, second = chosen[found["i"]], found["j"]
-    other = first != second
-    apart = np.abs(local[first[other]] - local[second[other]])
-    share = np.prod(1.0 - apart / (2.0 * core.half), axis=1)
-    weighed, _ = np.histogram(found["v"][other], bins=edge, weights=1.0 / share)
-    shell = 4.0 / 3.0 * np.pi * np.diff(edge**3)
-    g: Float64Array = weighed / (shell * len(chosen) * (count - 1) / core.volume)
-    return PairCorrelation(diameter, tuple(middle.tolist()), tuple(g.tolist()), len(chosen))
+    return CorrelationShells(core, count, diameter, np.asarray(middle, np.float64), edge)

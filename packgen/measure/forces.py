@@ -18,6 +18,7 @@ from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
 from packgen.geometry import Box, Cone
 from packgen.measure import hertz as law
+from packgen.part import Part
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,30 +61,60 @@ def predicted_forces(bed: Bed, clearance: Float64Array | None = None) -> Predict
     """
     if bed.count == 0:
         return PredictedForces(0.0, 0.0, None, 0, 0.0, None, 0, 0)
-    weight = law.mean_weight(bed)
-    pair_force, worst_pair, pair_count = 0.0, None, 0
-    for first, second, force in pair_forces(bed):
-        pair_count += int(np.count_nonzero(force))
-        worst = int(force.argmax())
-        if force[worst] > pair_force:
-            pair_force, worst_pair = float(force[worst]), (int(first[worst]), int(second[worst]))
-    if clearance is None:
-        clearance = wall_clearance(bed.container, bed.position, bed.radius)
-    wall_force = np.zeros(bed.count)
-    if not all(bed.container.periodic):
-        depth = np.where(np.isfinite(clearance), bed.radius - clearance, 0.0)
-        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index), bed.radius, depth)
-    worst_wall = int(wall_force.argmax())
-    return PredictedForces(
-        weight=weight,
-        pair_force_max=pair_force / weight,
-        worst_pair=worst_pair,
-        pair_count=pair_count,
-        wall_force_max=float(wall_force[worst_wall]) / weight,
-        worst_wall_sphere=worst_wall if wall_force[worst_wall] > 0 else None,
-        wall_count=int(np.count_nonzero(wall_force)),
-        outside=int(np.count_nonzero(clearance < 0)),
-    )
+    counter = ForceCounter(law.mean_weight(bed))
+    counter.add(Part.whole(bed), clearance)
+    return counter.result()
+
+
+class ForceCounter:
+    """Finds the largest forces of a bed in parts, as of the bed in one.
+
+    Args:
+        weight: Mean weight of the bed's spheres [N].
+    """
+
+    def __init__(self, weight: float) -> None:
+        self._weight = weight
+        self._pair_force, self._pair = 0.0, (0, 0)
+        self._wall_force, self._at_wall = 0.0, 0
+        self._pairs = self._walls = self._outside = 0
+
+    def add(self, part: Part, clearance: Float64Array | None = None) -> None:
+        """Look at a part; clearance as `predicted_forces` has it, of its own spheres, (own,)."""
+        bed, own = part.bed, slice(part.own)
+        for first, second, force in pair_forces(bed):
+            counted = np.flatnonzero(part.counted(first, second)) if not part.is_whole else slice(None)
+            one, other, found = first[counted], second[counted], force[counted]
+            self._pairs += int(np.count_nonzero(found))
+            worst = int(found.argmax()) if len(found) else 0
+            if len(found) and found[worst] > self._pair_force:
+                self._pair_force = float(found[worst])
+                self._pair = int(part.number[one[worst]]), int(part.number[other[worst]])
+        radius = bed.radius[own]
+        if clearance is None:
+            clearance = wall_clearance(bed.container, bed.position[own], radius)
+        self._outside += int(np.count_nonzero(clearance < 0))
+        if all(bed.container.periodic) or part.own == 0:
+            return
+        depth = np.where(np.isfinite(clearance), radius - clearance, 0.0)
+        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index[own]), radius, depth)
+        worst = int(wall_force.argmax())
+        self._walls += int(np.count_nonzero(wall_force))
+        if wall_force[worst] > self._wall_force:
+            self._wall_force, self._at_wall = float(wall_force[worst]), int(part.number[worst])
+
+    def result(self) -> PredictedForces:
+        """Return the largest forces of all parts."""
+        return PredictedForces(
+            weight=self._weight,
+            pair_force_max=self._pair_force / self._weight,
+            worst_pair=self._pair if self._pair_force > 0.0 else None,
+            pair_count=self._pairs,
+            wall_force_max=self._wall_force / self._weight,
+            worst_wall_sphere=self._at_wall if self._wall_force > 0.0 else None,
+            wall_count=self._walls,
+            outside=self._outside,
+        )
 
 
 def pair_forces(bed: Bed) -> Iterator[tuple[Int64Array, Int64Array, Float64Array]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed, with_images
+from packgen.bed import AnyBed, Bed, with_images
 from packgen.measure.core import Core, find_core
 from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
 
@@ -96,7 +96,7 @@ def _top(bed: Bed, up: Float64Array) -> float:
     return bed_top(bed.position @ up, bed.radius)
 
 
-def against_gravity(bed: Bed) -> Float64Array:
+def against_gravity(bed: AnyBed) -> Float64Array:
     """Return the unit vector that points up, from what the bed lies on, shape (3,), float64."""
     return -bed.down + 0.0  # no negative zeros
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from packgen.arrays import Float64Array, Int32Array, add_at
+from packgen.arrays import Float64Array, Int32Array, Int64Array, add_at, tallied
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
 from packgen.measure.core import Core
+from packgen.part import Part
 
 NEIGHBOUR_GAP = (
     0.6  # of the smaller radius: 1.3 diameters between equal spheres, half way to fcc's second shell
@@ -53,18 +54,50 @@ def local_order(bed: Bed, core: Core | None, clearance: Float64Array | None = No
     Returns:
         The shares; all zero for a bed without spheres.
     """
-    bonds = crystal_bonds(bed)
-    crystal = bonds >= BONDS_MIN
-    reach = bed.radius * WALL_REACH
-    if clearance is None:
-        clearance = wall_clearance(bed.container, bed.position, reach)
-    at_wall = clearance < reach
-    return LocalOrder(
-        crystal=_share(crystal, np.ones(bed.count, dtype=bool)) or 0.0,
-        crystal_wall=_share(crystal, at_wall),
-        crystal_core=None if core is None else _share(crystal, core.contains(bed.position)),
-        bonds=tuple(np.bincount(bonds).tolist()),
-    )
+    counter = OrderCounter(core)
+    counter.add(Part.whole(bed), clearance)
+    return counter.result()
+
+
+class OrderCounter:
+    """Counts the crystals of a bed in parts, as of the bed in one.
+
+    Args:
+        core: The core of the bed.
+
+    Attributes:
+        REACH: How far around a part spheres count, in largest radii: the neighbours of its neighbours.
+    """
+
+    REACH = 2.0 * (2.0 + NEIGHBOUR_GAP)
+
+    def __init__(self, core: Core | None) -> None:
+        self._core = core
+        self._bonds = np.zeros(0, dtype=np.int64)
+        self._of_all, self._of_wall, self._of_core = np.zeros((3, 2), dtype=np.int64)
+
+    def add(self, part: Part, clearance: Float64Array | None = None) -> None:
+        """Count the crystals of a part; clearance as `local_order` has it, of its own spheres, (own,)."""
+        own = slice(part.own)
+        bonds = crystal_bonds(part.bed)[own]
+        position, reach = part.bed.position[own], part.bed.radius[own] * WALL_REACH
+        if clearance is None:
+            clearance = wall_clearance(part.bed.container, position, reach)
+        crystal = bonds >= BONDS_MIN
+        self._bonds = tallied(self._bonds, bonds)
+        self._of_all += _among(crystal, np.ones(part.own, dtype=bool))
+        self._of_wall += _among(crystal, clearance < reach)
+        if self._core is not None:
+            self._of_core += _among(crystal, self._core.contains(position))
+
+    def result(self) -> LocalOrder:
+        """Return what was counted of all parts."""
+        return LocalOrder(
+            crystal=_share(self._of_all) or 0.0,
+            crystal_wall=_share(self._of_wall),
+            crystal_core=_share(self._of_core),
+            bonds=tuple(self._bonds.tolist()),
+        )
 
 
 def crystal_bonds(bed: Bed) -> Int32Array:
@@ -145,7 +178,12 @@ def _harmonics(direction: Float64Array) -> list[Float64Array]:
     return parts
 
 
-def _share(chosen: NDArray[np.bool_], among: NDArray[np.bool_]) -> float | None:
-    """Return the share of chosen spheres among some; None where there are none."""
-    count = int(np.count_nonzero(among))
-    return float(np.count_nonzero(chosen & among)) / count if count else None
+def _among(chosen: NDArray[np.bool_], among: NDArray[np.bool_]) -> Int64Array:
+    """Return how many spheres are chosen among some, and how many these are, shape (2,)."""
+    return np.array([np.count_nonzero(chosen & among), np.count_nonzero(among)])
+
+
+def _share(counts: Int64Array) -> float | None:
+    """Return the share of the first number in the second; None where that is 0."""
+    chosen, count = counts.tolist()
+    return float(chosen) / count if count else None

@@ -8,6 +8,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.bed import Bed, is_askew, with_images
+from packgen.geometry import Container
 from packgen.measure.fraction import against_gravity
 from packgen.measure.volumes import container_volume_below, mean_diameter, sphere_volume, volume_below
 
@@ -54,19 +55,37 @@ def height_profile(bed: Bed) -> HeightProfile:
     if not bed.rests:
         position, radius = with_images(bed, along=up)
         high = float(corners.max())
-    height = position @ up
-    slabs = int(np.clip((high - low) / mean_diameter(radius), SLABS_MIN, SLABS_MAX))
-    level = np.linspace(low, high, slabs + 1)
-    solid = np.diff(_solid_below(height, radius, level))
-    room = np.diff(container_volume_below(bed.container, up, level))
+    level = slab_bounds(low, high, mean_diameter(radius))
+    return profile_of(bed.container, up, level, solid_below(position @ up, radius, level))
+
+
+def slab_bounds(low: float, high: float, diameter: float) -> Float64Array:
+    """Return the bounds [m] of slabs between two heights, for spheres of a mean diameter; rising."""
+    return np.linspace(low, high, int(np.clip((high - low) / diameter, SLABS_MIN, SLABS_MAX)) + 1)
+
+
+def profile_of(
+    container: Container, up: Float64Array, level: Float64Array, below: Float64Array
+) -> HeightProfile:
+    """Return the profile of a bed of which these are known.
+
+    Args:
+        container: The vessel.
+        up: Unit vector against gravity, shape (3,).
+        level: Bounds of the slabs [m], shape (L,).
+        below: Solid volume below each of them [m3], shape (L,).
+    """
+    room = np.diff(container_volume_below(container, up, level))
     least = 1e-9 * float(room.max())
     return HeightProfile(
         tuple(level.tolist()),
-        tuple(float(part / of) if of > least else None for part, of in zip(solid, room, strict=True)),
+        tuple(
+            float(part / of) if of > least else None for part, of in zip(np.diff(below), room, strict=True)
+        ),
     )
 
 
-def _solid_below(height: Float64Array, radius: Float64Array, level: Float64Array) -> Float64Array:
+def solid_below(height: Float64Array, radius: Float64Array, level: Float64Array) -> Float64Array:
     """Return the solid volume [m3] below each of some rising levels, shape of ``level``, float64."""
     order = np.argsort(height)
     height, radius = height[order], radius[order]

@@ -9,6 +9,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
+from packgen.geometry import Container
 from packgen.measure.core import MARGINS
 from packgen.measure.cylinders import volume_in_cylinder_between
 from packgen.measure.fraction import against_gravity, bed_top
@@ -68,39 +69,84 @@ def radial_profile(bed: Bed) -> RadialProfile | None:
     if part is None:
         return None
     diameter = mean_diameter(bed.radius)
-    bounds = _measured_heights(bed, part, diameter)
+    shells = shells_of(bed.container, part, diameter, bed_top(bed.position @ part.axis, bed.radius))
+    if shells is None:
+        return None
+    return shells.profile(shells.solid(bed.position, bed.radius))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shells:
+    """The shells of a round part of a container.
+
+    Attributes:
+        part: The part.
+        diameter: Mean diameter of the spheres by volume [m].
+        bounds: Heights between which a bed is measured [m].
+        distance: Bounds of the shells from the wall, in mean diameters, rising.
+    """
+
+    part: RoundPart
+    diameter: float
+    bounds: tuple[float, float]
+    distance: Float64Array
+
+    @property
+    def radius(self) -> Float64Array:
+        """Radii of the cylinders between the shells [m]."""
+        return np.maximum(self.part.radius - self.distance * self.diameter, 0.0)
+
+    def solid(self, position: Float64Array, radius: Float64Array) -> Float64Array:
+        """Return the volume [m3] of spheres within each cylinder; that of more spheres adds to it."""
+        part = self.part
+        return solid_in_cylinders(position, radius, part.center, part.axis, self.radius, self.bounds)
+
+    def profile(self, solid: Float64Array) -> RadialProfile:
+        """Return the profile of a bed that has so much solid volume [m3] within each cylinder."""
+        distance, bounds, part = self.distance, self.bounds, self.part
+        end = part.radius / self.diameter
+        room = np.pi * self.radius**2 * (bounds[1] - bounds[0])
+        porosity = 1.0 - np.diff(solid) / np.diff(room)
+        deep = int(np.searchsorted(distance, FINE_REACH)) if end > FINE_REACH + COARSE_STEP else 0
+        bulk = float(1.0 - solid[deep] / room[deep])
+        mueller = _averaged(lambda x: mueller_porosity(x, 2.0 * end), distance) if 2.0 * end >= 2.61 else ()
+        return RadialProfile(
+            radius=part.radius,
+            diameter=self.diameter,
+            low=bounds[0],
+            high=bounds[1],
+            wall_distance=tuple(distance.tolist()),
+            porosity=tuple(porosity.tolist()),
+            bulk=bulk,
+            mueller=mueller,
+            de_klerk=_averaged(lambda x: de_klerk_porosity(x, bulk), distance),
+        )
+
+
+def shells_of(container: Container, part: RoundPart, diameter: float, top: float) -> Shells | None:
+    """Return the shells in which a bed is measured; None where it is too shallow.
+
+    Args:
+        container: The vessel.
+        part: Its round part.
+        diameter: Mean diameter of the spheres by volume [m].
+        top: Height of the bed's top [m].
+    """
+    bounds = _measured_heights(container, part, diameter, top)
     if bounds is None:
         return None
     end = part.radius / diameter
     fine = np.arange(0.0, min(FINE_REACH, end) + 0.5 * FINE_STEP, FINE_STEP)
     fine = fine[fine < end - 0.5 * FINE_STEP]
     coarse = np.arange(fine[-1] + COARSE_STEP, end - 0.5 * COARSE_STEP, COARSE_STEP)
-    distance = np.concatenate([fine, coarse, [end]])
-    radius = np.maximum(part.radius - distance * diameter, 0.0)
-    solid = solid_in_cylinders(bed.position, bed.radius, part.center, up, radius, bounds)
-    room = np.pi * radius**2 * (bounds[1] - bounds[0])
-    porosity = 1.0 - np.diff(solid) / np.diff(room)
-    deep = int(np.searchsorted(distance, FINE_REACH)) if end > FINE_REACH + COARSE_STEP else 0
-    bulk = float(1.0 - solid[deep] / room[deep])
-    mueller = _averaged(lambda x: mueller_porosity(x, 2.0 * end), distance) if 2.0 * end >= 2.61 else ()
-    return RadialProfile(
-        radius=part.radius,
-        diameter=diameter,
-        low=bounds[0],
-        high=bounds[1],
-        wall_distance=tuple(distance.tolist()),
-        porosity=tuple(porosity.tolist()),
-        bulk=bulk,
-        mueller=mueller,
-        de_klerk=_averaged(lambda x: de_klerk_porosity(x, bulk), distance),
-    )
+    return Shells(part, diameter, bounds, np.concatenate([fine, coarse, [end]]))
 
 
-def _measured_heights(bed: Bed, part: RoundPart, diameter: float) -> tuple[float, float] | None:
+def _measured_heights(
+    container: Container, part: RoundPart, diameter: float, top: float
+) -> tuple[float, float] | None:
     """Heights [m] between which a round part of the walls holds an undisturbed bed."""
-    height = bed.position @ part.axis
-    floor = float((bed.container.surface.vertices @ part.axis).min())
-    top = bed_top(height, bed.radius)
+    floor = float((container.surface.vertices @ part.axis).min())
     for margin in MARGINS:
         low = max(part.low, floor + margin * diameter)
         high = min(part.high, top - margin * diameter)

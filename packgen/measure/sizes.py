@@ -79,17 +79,31 @@ def sizes(name: str, radius: Float64Array, law: SizeLaw | None) -> Sizes | None:
     Returns:
         The comparison; None for a set without spheres.
     """
-    if len(radius) == 0:
+    return sizes_of_classes(name, np.sort(radius), np.ones(len(radius)), law)
+
+
+def sizes_of_classes(
+    name: str, ordered: Float64Array, number: Float64Array, law: SizeLaw | None
+) -> Sizes | None:
+    """Compare classes of radii with the distribution that they were drawn from, as `sizes` does.
+
+    Args:
+        name: Name of the set.
+        ordered: Radii in rising order [m], shape (K,), float64.
+        number: How many spheres have each, shape (K,), float64.
+        law: The distribution asked for; None where it is not known.
+    """
+    if len(ordered) == 0:
         return None
-    ordered = np.sort(radius)
+    count = float(number.sum())
     return Sizes(
         name=name,
-        count=len(radius),
+        count=round(count),
         radius_min=float(ordered[0]),
-        radius_mean=float(ordered.mean()),
+        radius_mean=float((number * ordered).sum() / count),
         radius_max=float(ordered[-1]),
-        by_number=_curve(ordered, np.ones(len(ordered)), law, law.cumulative_number if law else None),
-        by_mass=_curve(ordered, ordered**3, law, law.cumulative_mass if law else None),
+        by_number=_curve(ordered, number, law, law.cumulative_number if law else None),
+        by_mass=_curve(ordered, number * ordered**3, law, law.cumulative_mass if law else None),
     )
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import BoolArray
-from packgen.bed import Bed
+from packgen.arrays import BoolArray, Float64Array
+from packgen.bed import AnyBed, Bed
 from packgen.measure.structure import structure_of
 from packgen.programmes.forces import Balance, Structure, balance, least_friction
 
@@ -65,10 +65,26 @@ def standing(bed: Bed, *, gap: float = GAP, whole_max: int = WHOLE_MAX) -> Stand
         The findings; None without spheres, without gravity or a floor, of spheres joined to bodies, and where
         materials, densities or walls are not known.
     """
-    known = bed.materials and bed.weights_known and bed.container.walls_known
-    if not known or bed.count == 0 or not bed.rests or bed.body_index is not None:
+    if bed.count == 0 or bed.body_index is not None or not can_be_judged(bed):
         return None
-    chosen = None if bed.count <= whole_max else _blocks(bed)
+    if bed.count <= whole_max:
+        return stands_by(bed, gap, None)
+    return stands_by(bed, gap, _blocks(bed))
+
+
+def can_be_judged(bed: AnyBed) -> bool:
+    """Return whether a bed lies on something, and its materials, densities and walls are known."""
+    return bool(bed.materials and bed.weights_known and bed.container.walls_known and bed.rests)
+
+
+def stands_by(bed: Bed, gap: float, chosen: BoolArray | None) -> Standing:
+    """Return whether some spheres of a bed stand.
+
+    Args:
+        bed: The bed, or the part of it that may touch them.
+        gap: Largest gap of a contact, as a fraction of the smaller radius.
+        chosen: Which spheres are looked at, in blocks, shape (N,); None: the whole bed.
+    """
     structure = structure_of(bed, gap, chosen)
     found = balance(structure)
     return Standing(
@@ -90,17 +106,26 @@ def _least(structure: Structure, found: Balance) -> float | None:
 
 def _blocks(bed: Bed) -> BoolArray:
     """Return the spheres of cubes around the bed's middle, evenly over its solid volume's height, (N,)."""
-    some = slice(None, None, max(1, bed.count // SAMPLE))
-    height = -(bed.position[some] @ bed.down)
-    order = np.argsort(height, kind="stable")
-    solid = np.cumsum(bed.radius[some][order] ** 3)
-    middle = np.median(bed.position[some], axis=0)
+    some = slice(None, None, sample_step(bed.count))
     chosen = np.zeros(bed.count, dtype=bool)
     size = min(BLOCK_SIZE, bed.count)
-    for place in range(BLOCKS):
-        rank = int(np.searchsorted(solid, (place + 0.5) / BLOCKS * solid[-1]))
-        centre = middle - (height[order[rank]] + middle @ bed.down) * bed.down
+    for centre in block_centres(bed.position[some], bed.radius[some], bed.down):
         # The cube's half side is the distance to its last sphere, by the largest coordinate.
         apart = np.abs(bed.position - centre).max(axis=1)
         chosen[np.argpartition(apart, size - 1)[:size]] = True
     return chosen
+
+
+def sample_step(count: int) -> int:
+    """Return which of so many spheres, one in how many, tell where blocks are."""
+    return max(1, count // SAMPLE)
+
+
+def block_centres(position: Float64Array, radius: Float64Array, down: Float64Array) -> list[Float64Array]:
+    """Return the centres of the blocks [m], (3,) each, evenly over the height of some spheres' volume."""
+    height = -(position @ down)
+    order = np.argsort(height, kind="stable")
+    solid = np.cumsum(radius[order] ** 3)
+    middle = np.median(position, axis=0)
+    ranks = [int(np.searchsorted(solid, (place + 0.5) / BLOCKS * solid[-1])) for place in range(BLOCKS)]
+    return [np.asarray(middle - (height[order[rank]] + middle @ down) * down) for rank in ranks]

@@ -134,8 +134,9 @@ def _balance(report: Mapping[str, Any]) -> list[Figure]:
         label = f"Contacts a sphere with walls, plateau (gaps of {low:.2g} to {high:.2g} r)"
         value = number["plateau"]
         figures.append(Figure(label, f"{value:.2f}", key="coordination.plateau", exact=value))
-        label = "Rattlers, taken out one after the other (contacts of the plateau)"
-        figures.append(_percent(label, number["rattlers"], "coordination.rattlers"))
+        if number["rattlers"] is not None:  # of a bed in pieces they are not known
+            label = "Rattlers, taken out one after the other (contacts of the plateau)"
+            figures.append(_percent(label, number["rattlers"], "coordination.rattlers"))
     stands = report.get("stands_at_friction")
     if stands:
         least = stands["friction_least"]

@@ -17,6 +17,7 @@ from packgen.bedfile import load_columns
 from packgen.errors import PackgenError
 from packgen.geometry import Container
 from packgen.measure import against_gravity
+from packgen.pieces import MANIFEST, is_manifest, read_gathered
 
 SHOWN_MAX = 480_000  # spheres in a page: 4.5 MB of text
 PLACES = 65_535  # steps of a coordinate in a page
@@ -60,7 +61,7 @@ def spheres_of(bed: Bed) -> Spheres:
 def read_spheres(
     path: Path, gravity_direction: Sequence[float] | None, container: Container | None = None
 ) -> Spheres:
-    """Read ``bed.npz``.
+    """Read ``bed.npz``, or the pieces in its place.
 
     Args:
         path: The file.
@@ -71,8 +72,10 @@ def read_spheres(
         PackgenError: The file is missing, or was not written by packgen.
     """
     up = -np.asarray(gravity_direction or (0.0, 0.0, -1.0), dtype=np.float64)
+    manifest = path.with_name(MANIFEST)
     try:
-        found = load_columns(path)
+        in_pieces = not path.exists() and is_manifest(manifest)
+        found = read_gathered(manifest) if in_pieces else load_columns(path)
     except FileNotFoundError as error:
         raise PackgenError(f"{path}: not found; expected a result folder of packgen") from error
     except (OSError, ValueError, KeyError, EOFError) as error:

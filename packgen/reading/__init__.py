@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from packgen.reading.bed import complete_bed, read_bed, refuse_unknown, unknowns
 from packgen.reading.detect import read_spheres, refuse_no_file
+from packgen.reading.pieces import read_pieces
 from packgen.reading.plausible import rounding_remark
 from packgen.reading.spheres import SphereFile
 
 __all__ = [
-    "SphereFile", "complete_bed", "read_bed", "read_spheres", "refuse_no_file", "refuse_unknown",
-    "rounding_remark", "unknowns",
+    "SphereFile", "complete_bed", "read_bed", "read_pieces", "read_spheres", "refuse_no_file",
+    "refuse_unknown", "rounding_remark", "unknowns",
 ]  # fmt: skip

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import UNKNOWN, Bed
+from packgen.bed import UNKNOWN, AnyBed, Bed
 from packgen.container.primitives import box_surface
 from packgen.errors import ReadError
 from packgen.geometry import Box, Container
 from packgen.reading.detect import read_spheres
-from packgen.reading.known import Known, known_by_provenance, known_by_scene
+from packgen.reading.known import known_by_provenance, known_by_scene
 from packgen.reading.plausible import refuse_other_units, size_remark
 from packgen.reading.sets import sets_of, with_densities
 from packgen.reading.spheres import SphereFile
@@ -126,12 +126,12 @@ def complete_bed(
         with_densities(sets, density), known.materials, known.wall_material, vessel,
         np.array(GRAVITY) if known.gravity is None else known.gravity,
         TOLERANCE if not known.source else known.tolerance,
-        _provenance(spheres, known, walls_known=vessel.walls_known),
+        provenance_of(spheres.path, spheres.format, known.provenance, walls_known=vessel.walls_known),
         spheres.body_index,
     )  # fmt: skip
 
 
-def unknowns(bed: Bed, needs: Iterable[str]) -> list[str]:
+def unknowns(bed: AnyBed, needs: Iterable[str]) -> list[str]:
     """Return a line for each thing of a bed that is needed and not known.
 
     Args:
@@ -185,14 +185,15 @@ def wrapped(position: Float64Array, container: Container) -> Float64Array:
     return wrapped
 
 
-def _provenance(spheres: SphereFile, known: Known, *, walls_known: bool) -> dict[str, Any]:
-    said = {"packgen": __version__, "scene": "none", "seed": "none", **known.provenance}
+def provenance_of(path: Path, kind: str, known: Mapping[str, Any], *, walls_known: bool) -> dict[str, Any]:
+    """Return the provenance of a bed that was read from a file of some kind."""
+    said = {"packgen": __version__, "scene": "none", "seed": "none", **known}
     said.pop("walls", None)
     walls = {} if walls_known else {"walls": UNKNOWN}
-    return said | {"read_from": spheres.path.name, "format": spheres.format} | walls
+    return said | {"read_from": path.name, "format": kind} | walls
 
 
-def refuse_unknown(path: Path, bed: Bed, needs: Iterable[str]) -> None:
+def refuse_unknown(path: Path, bed: AnyBed, needs: Iterable[str]) -> None:
     """Refuse a bed that lacks something that is needed; see `unknowns`.
 
     Raises:

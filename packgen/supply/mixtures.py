@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
-from packgen.portable import octaves
+from packgen.portable import AT_ONCE, octaves
 
 
 def mixed_order(radius: Float64Array, set_index: Int32Array, rng: np.random.Generator) -> Int64Array:
@@ -26,9 +26,9 @@ def mixed_order(radius: Float64Array, set_index: Int32Array, rng: np.random.Gene
     order: Int64Array = rng.permutation(len(radius))
     if len(radius) == 0:
         return order
-    octave = octaves(radius.max() / radius)
-    kind = set_index.astype(np.int64) * (int(octave.max()) + 1) + octave
-    _, kind, count = np.unique(kind, return_inverse=True, return_counts=True)
+    kind = _kinds(radius, set_index)
+    count = np.bincount(kind)
+    count = count[count > 0]
     if len(count) == 1:
         return order
     by_kind = order[np.argsort(kind[order], kind="stable")]
@@ -36,3 +36,14 @@ def mixed_order(radius: Float64Array, set_index: Int32Array, rng: np.random.Gene
     place = (rank + rng.random(len(radius))) / np.repeat(count, count)
     mixed: Int64Array = by_kind[np.argsort(place, kind="stable")]
     return mixed
+
+
+def _kinds(radius: Float64Array, set_index: Int32Array) -> Int32Array:
+    """Return a number for each sphere, the same for spheres that are alike, shape (N,), int32."""
+    largest, smallest = radius.max(), radius.min()
+    width = int(octaves(np.array([largest / smallest]))[0]) + 1
+    kind = np.empty(len(radius), np.int32)
+    for start in range(0, len(radius), AT_ONCE):
+        some = slice(start, start + AT_ONCE)
+        kind[some] = set_index[some] * width + octaves(largest / radius[some])
+    return kind

@@ -13,7 +13,7 @@ from packgen.distributions.base import StepLaw
 from packgen.portable import cube
 
 if TYPE_CHECKING:
-    from packgen.bed import Bed
+    from packgen.bed import AnyBed
 
 __all__ = [
     "Amount",
@@ -189,7 +189,7 @@ def largest_remainders(share: Float64Array, counts: Int64Array) -> Int64Array:
     return np.asarray(whole + (rank < (counts - whole.sum(axis=1))[:, None]))
 
 
-def reached_shares(bed: Bed, zone: int, by: str) -> list[float]:
+def reached_shares(bed: AnyBed, zone: int, by: str) -> list[float]:
     """Return the share of each set in what a zone holds; all 0 of an empty zone.
 
     Args:
@@ -201,7 +201,7 @@ def reached_shares(bed: Bed, zone: int, by: str) -> list[float]:
     return [float(share) for share in amount / (amount.sum() or 1.0)]
 
 
-def reached_amounts(bed: Bed, zone: int, by: str) -> tuple[Float64Array, Float64Array]:
+def reached_amounts(bed: AnyBed, zone: int, by: str) -> tuple[Float64Array, Float64Array]:
     """Return what a zone holds of each set, and the largest of its spheres of each; shape (S,) each.
 
     Args:
@@ -209,11 +209,13 @@ def reached_amounts(bed: Bed, zone: int, by: str) -> tuple[Float64Array, Float64
         zone: Number of the zone.
         by: ``number`` (a sphere counts 1), ``volume`` [m3] or ``mass`` [kg].
     """
-    own = bed.zone_index == zone
-    set_index = bed.set_index[own]
-    weight = np.ones(len(set_index)) if by == "number" else UNIT_VOLUME * cube(bed.radius[own])
-    if by == "mass":
-        weight = weight * np.array([each.density for each in bed.particle_sets])[set_index]
-    largest = np.zeros(len(bed.particle_sets))
-    np.maximum.at(largest, set_index, weight)
-    return np.bincount(set_index, weight, len(bed.particle_sets)).astype(np.float64), largest
+    total, largest = np.zeros((2, len(bed.particle_sets)))
+    for chunk in bed.chunks():
+        own = chunk.zone_index == zone
+        set_index = chunk.set_index[own]
+        weight = np.ones(len(set_index)) if by == "number" else UNIT_VOLUME * cube(chunk.radius[own])
+        if by == "mass":
+            weight = weight * np.array([each.density for each in bed.particle_sets])[set_index]
+        np.maximum.at(largest, set_index, weight)
+        total += np.bincount(set_index, weight, len(bed.particle_sets))
+    return total, largest

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
+import socket
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from packgen.bedfile import plain
 from packgen.errors import ExportError
+from packgen.leftovers import is_gone, owner
 from packgen.version import __version__
 
 if TYPE_CHECKING:
@@ -23,7 +27,8 @@ if TYPE_CHECKING:
 
 SUFFIX = ".parts"
 MANIFEST = "manifest.json"
-FORMAT = 1  # of the files; another one cannot be gone on from
+LOCK = "in_use"
+FORMAT = 2  # of the files; another one cannot be gone on from
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,15 +56,17 @@ class Parts:
 
         Raises:
             ExportError: There is a folder and ``resume`` is not said, or it is said and there is none, or the
-                folder is of another scene, or it cannot be written.
+                folder is of another scene, or another run uses it, or it cannot be written.
         """
         wanted = _described(scene)
         if resume:
             self._check(wanted)
+            self._lock()
             return
         try:
             self.folder.mkdir(parents=True)
         except FileExistsError:
+            self._refuse_in_use()
             raise ExportError(
                 f"{self.folder}: holds the parts of a run that did not end; give --resume to go on with it, "
                 "or remove the folder"
@@ -71,6 +78,47 @@ class Parts:
         except OSError as error:
             self.remove()
             raise self._unwritable(error) from error
+        self._lock()
+
+    def _lock(self) -> None:
+        """Note that this run uses the folder.
+
+        Raises:
+            ExportError: Another one does.
+        """
+        self._refuse_in_use()
+        lock = self.folder / LOCK
+        try:
+            lock.unlink(missing_ok=True)  # of a run that is gone
+            with lock.open("x", encoding="utf-8") as file:
+                file.write(f"{owner()} {os.getpid()} {socket.gethostname()}\n")
+        except FileExistsError:
+            self._refuse_in_use()
+            raise self._in_use("another run") from None
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _refuse_in_use(self) -> None:
+        """Refuse a folder that another run uses, as far as that is known."""
+        try:
+            named, process, machine = (self.folder / LOCK).read_text(encoding="utf-8").split()
+        except (OSError, ValueError):
+            return
+        if named != owner() and not is_gone(named):
+            raise self._in_use(f"process {process} on {machine}")
+
+    def _in_use(self, what: str) -> ExportError:
+        return ExportError(
+            f"{self.folder}: is in use by {what}; wait for it, choose another folder with -o, or remove "
+            f"{self.folder / LOCK} if it has ended"
+        )
+
+    def unlock(self) -> None:
+        """Note that this run does not use the folder any more."""
+        lock = self.folder / LOCK
+        with suppress(OSError):
+            if lock.read_text(encoding="utf-8").startswith(f"{owner()} "):
+                lock.unlink()
 
     def _unwritable(self, error: OSError) -> ExportError:
         reason = error.strerror or str(error)
@@ -104,8 +152,14 @@ class Parts:
 
 
 def _described(scene: Scene) -> dict[str, Any]:
-    """Return all that decides what the parts are."""
+    """Return all that decides where the spheres are; names, moduli, limits of solvers and such do not."""
     settings = plain(scene.model_dump())
+    for name in ("validation", "wall_material"):
+        settings.pop(name)
+    settings["materials"] = {each["name"]: each["friction"] for each in settings["materials"]}
+    for each in settings["particle_sets"]:
+        each.pop("name", None)
+    settings["params"].pop("verbosity", None)
     return {
         "format": FORMAT,
         "packgen": __version__,

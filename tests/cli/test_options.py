@@ -27,6 +27,7 @@ def test_every_option_arrives():
         "--device", "cuda", "--templates", "mine", "--export-option", "csv.a=b", "--force", "--picture",
         "--settle", "lammps", "--until", "2s",
         "--no-report", "--quiet", "--workers", "2", "--scheduler", "tcp://here", "--resume", "--json",
+        "--pieces",
         "--set", "seed=1",
     )  # fmt: skip
     usual = RunOptions(Path("bed.yaml"))

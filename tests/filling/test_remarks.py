@@ -129,7 +129,7 @@ def test_what_is_told_before_the_run_is_among_the_warnings_too(tmp_path, monkeyp
         warn("these units look odd")
         return ((),)
 
-    monkeypatch.setattr("packgen.filling.pack.checked_locations", with_a_doubt)
+    monkeypatch.setattr("packgen.filling.prepared.checked_locations", with_a_doubt)
     scene, vessel = read_scene(tmp_path, CUBE, constant(0.1), zones=[{"n_particles": 5}])
     told: list[str] = []
     assert pack(scene, vessel, warn=told.append).warnings == tuple(told) == ("these units look odd",)

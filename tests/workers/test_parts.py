@@ -40,6 +40,45 @@ def test_parts_are_not_replaced_by_a_run_that_does_not_ask_for_them(parts, scene
         parts.open(scene, resume=False)
 
 
+def test_a_folder_that_a_run_uses_is_refused_by_the_run_beside_it(parts, scene, monkeypatch):
+    parts.open(scene, resume=False)
+    lock = parts.folder / "in_use"
+    monkeypatch.setattr("packgen.workers.parts.owner", lambda: "1-1-0-0")
+    for resume in (False, True):
+        with pytest.raises(
+            ExportError, match=r"in use by process \d+ on .*; wait for it, .* remove .*in_use"
+        ):
+            parts.open(scene, resume=resume)
+    parts.unlock()  # of another run: it stays
+    assert lock.exists()
+
+
+def test_a_folder_whose_run_is_gone_is_gone_on_with(parts, scene, monkeypatch):
+    parts.open(scene, resume=False)
+    monkeypatch.setattr("packgen.workers.parts.owner", lambda: "1-1-0-0")
+    monkeypatch.setattr("packgen.workers.parts.is_gone", lambda named: True)
+    parts.open(scene, resume=True)
+    assert (parts.folder / "in_use").read_text().startswith("1-1-0-0 ")
+    parts.unlock()
+    assert not (parts.folder / "in_use").exists()
+
+
+def test_what_does_not_move_a_sphere_may_change_before_a_run_goes_on(tmp_path, parts):
+    def scene(name, modulus, friction=0.5):
+        return read_scene(
+            tmp_path,
+            box([0, 0, 0], [1, 1, 1]),
+            constant(0.1) | {"name": name, "material": "ore"},
+            materials={"ore": {"youngs_modulus": modulus, "friction": friction}},
+            validation={"lost_limit": 3} if modulus > 1e8 else {},
+        )[0]
+
+    parts.open(scene("one", 1e8), resume=False)
+    parts.open(scene("other", 1e9), resume=True)
+    with pytest.raises(ExportError, match="differ in materials"):
+        parts.open(scene("one", 1e8, 0.2), resume=True)
+
+
 def test_there_is_nothing_to_go_on_with_where_no_run_has_begun(parts, scene):
     with pytest.raises(ExportError, match="found no parts of an earlier run"):
         parts.open(scene, resume=True)

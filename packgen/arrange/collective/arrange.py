@@ -18,8 +18,8 @@ from packgen.arrange.crew import Crew
 from packgen.arrange.pile import Pile
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.space.region import Region, make_region
-from packgen.arrange.spheres import Spheres
-from packgen.arrange.task import Filled, Listener, Progress, Task, ZoneTask
+from packgen.arrange.spheres import Spheres, no_spheres
+from packgen.arrange.task import Filled, Listener, Progress, Sink, Task, ZoneTask
 from packgen.arrange.zones import fill_zones
 from packgen.cores import free_cores
 from packgen.geometry import floor_direction
@@ -29,12 +29,30 @@ def arrange(task: Task) -> Spheres:
     """Fill the zones of a task; see ``fill_zones``."""
     if task.settings.tile is not None:
         check_divisible(task)
+        if task.sink is not None:
+            return _fill_away(task, task.sink)
         return fill_zones(task, partial(fill_zone_in_tiles, crew=task.crew))
     return fill_zones(task, fill_zone)
 
 
+def _fill_away(task: Task, sink: Sink) -> Spheres:
+    """Fill the only zone of a task by tiles for a sink; return no spheres."""
+    [zone] = task.zones
+    filled = fill_zone_in_tiles(
+        zone, no_spheres(), zone.generator(), task.on_progress, crew=task.crew, sink=sink
+    )
+    zone.supply.go_on_from(filled.supply)
+    return filled.spheres
+
+
 def fill_zone_in_tiles(
-    zone: ZoneTask, _earlier: Spheres, _rng: np.random.Generator, listener: Listener, *, crew: Crew
+    zone: ZoneTask,
+    _earlier: Spheres,
+    _rng: np.random.Generator,
+    listener: Listener,
+    *,
+    crew: Crew,
+    sink: Sink | None = None,
 ) -> Filled:
     """Fill the only zone of a task by tiles; see ``task.FillZone``.
 
@@ -42,6 +60,7 @@ def fill_zone_in_tiles(
         zone: The zone.
         listener: Hears of its progress.
         crew: Who does the work.
+        sink: Takes the spheres in place of the result; None: the result has them.
 
     Raises:
         PackingError: The zone cannot be divided.
@@ -54,7 +73,8 @@ def fill_zone_in_tiles(
     layout = tile_layout(region, supply, None if tile == "auto" else tile)
     check_tiles(region, layout, supply.radius_reference)
     recipe = _recipe(zone, region, endless=False)
-    return fill_in_tiles(zone, region, layout, recipe, crew, _report(listener, 0, supply.asked, region))
+    tell = _report(listener, 0, supply.asked, region)
+    return fill_in_tiles(zone, region, layout, recipe, crew, tell, sink)
 
 
 def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listener: Listener) -> Filled:

@@ -22,8 +22,8 @@ from packgen.arrange.pile import Pile
 from packgen.arrange.projection.recipe import Recipe
 from packgen.arrange.space.columns import ColumnMap
 from packgen.arrange.space.region import Region
-from packgen.arrange.spheres import Spheres, joined
-from packgen.arrange.task import Filled, ZoneTask
+from packgen.arrange.spheres import Spheres, joined, no_spheres
+from packgen.arrange.task import Filled, Sink, ZoneTask
 from packgen.cores import free_cores
 from packgen.leftovers import SCRATCH, owner
 from packgen.supply.supply import Supply
@@ -42,7 +42,13 @@ def tile_layout(region: Region, supply: Supply, tile: float | None) -> TileLayou
 
 
 def fill_in_tiles(
-    zone: ZoneTask, region: Region, layout: TileLayout, recipe: Recipe, crew: Crew, on_layer: LayerReport
+    zone: ZoneTask,
+    region: Region,
+    layout: TileLayout,
+    recipe: Recipe,
+    crew: Crew,
+    on_layer: LayerReport,
+    sink: Sink | None = None,
 ) -> Filled:
     """Fill a zone by tiles, and its last layers as one piece.
 
@@ -53,6 +59,7 @@ def fill_in_tiles(
         recipe: Constants of the optimiser.
         crew: Who does the work.
         on_layer: Called after each unit of a layer.
+        sink: Takes the spheres in place of the result; None: the result has them.
     """
     supply, plan = zone.supply.copy(), LayerPlan()
     sizes = Sizes(
@@ -73,7 +80,7 @@ def fill_in_tiles(
         threads = zone.setting.threads if crew.threads is None else crew.threads
         tiles = _Tiles(task, store, crew, supply, on_layer, threads)
         layers = tiles.fill()
-        return _finished(zone, tiles, layers, on_layer)
+        return _finished(zone, tiles, layers, on_layer, sink)
 
 
 class _Tiles:
@@ -127,7 +134,7 @@ class _Tiles:
             self.supply.put_back(stock.take(len(stock.radius) + len(stock.carried.radius)))
 
 
-def _finished(zone: ZoneTask, tiles: _Tiles, layers: int, on_layer: LayerReport) -> Filled:
+def _finished(zone: ZoneTask, tiles: _Tiles, layers: int, on_layer: LayerReport, sink: Sink | None) -> Filled:
     """Fill what the tiles have left open as one piece, and return the whole."""
     task, store = tiles.task, tiles.store
     layout, region = task.layout, task.region
@@ -146,6 +153,11 @@ def _finished(zone: ZoneTask, tiles: _Tiles, layers: int, on_layer: LayerReport)
         on_layer(batch, whole, level, tiles.thrown_back + thrown_back)
 
     batch = fill_in_layers(rest, task.recipe, task.plan, tell, layers, begun)
+    if sink is not None:
+        for unit in units:
+            sink(spheres_of([store.buried(unit)], zone.index))
+        sink(pile.all())
+        return Filled(no_spheres(), tiles.supply, batch)
     buried = spheres_of([store.buried(unit) for unit in units], zone.index)
     return Filled(joined([buried, pile.all()]), tiles.supply, batch)
 

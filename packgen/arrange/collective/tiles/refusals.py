@@ -40,6 +40,12 @@ def check_divisible(task: Task) -> None:
         )
     if settings.tolerance is None:
         faults.append("params.tolerance: found null, expected a number")
+    supply = task.zones[0].supply
+    if task.sink is not None and supply.asked is None and np.count_nonzero(supply.shares) > 1:
+        faults.append(
+            f"--pieces: {task.zones[0].place}: found several sets and no amount, expected n_particles, "
+            "volume or mass: sets that have too many are taken out of the whole bed"
+        )
     if task.device != "cpu":
         faults.append(f"--device: found {task.device}, expected cpu")
     _raise(faults)

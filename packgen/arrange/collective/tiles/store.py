@@ -3,7 +3,8 @@
 A unit that runs twice writes the same files. So the unit of a process that has ended runs again in another
 one, and a run that was interrupted goes on from what is there. Each unit leaves two files: the spheres that
 no layer can reach any more, with its report, and the blocks that it worked in. The latter are removed once no
-unit will read them.
+unit will read them. A file has its name only once it is on the disk: a machine that goes down leaves no unit
+that counts as done and is not.
 """
 
 from __future__ import annotations
@@ -170,6 +171,8 @@ class Store:
             # A full disk may be told of only where the file is closed.
             with open(descriptor, "wb") as file:
                 write(file)
+                file.flush()
+                os.fsync(file.fileno())
             os.replace(scratch, self.folder / name)
         except BaseException:
             os.unlink(scratch)

@@ -65,6 +65,14 @@ def test_a_unit_is_done_with_its_report_and_leaves_the_same_files_again(store):
     assert left.take(99).radius.tolist() == [0.5, 0.5, 1.0, 1.0, 1.0, 1.0, 1.0]
 
 
+def test_a_part_is_on_the_disk_before_it_has_its_name(store, monkeypatch):
+    called = []
+    monkeypatch.setattr("os.fsync", lambda descriptor: called.append(os.listdir(store.folder)))
+    store.write_blocks(UNIT, {Block(0, 0): (rows_of(some_spheres(3)), np.zeros(1))})
+    assert len(called) == 1
+    assert not [name for name in called[0] if not name.startswith(".")]
+
+
 def test_a_file_that_cannot_be_written_to_its_end_is_not_there(store):
     with pytest.raises(ValueError, match="pickle"):
         store.write_blocks(UNIT, {Block(0, 0): (Unpicklable(), np.zeros(1))})
