@@ -58,7 +58,7 @@ class Options(deck.DeckOptions):
     shrink: float = Field(default=0.99, gt=0, lt=1, allow_inf_nan=False)
     bridge_radius: float = Field(default=0.2, gt=0, le=0.4, allow_inf_nan=False)
     spheres: Literal["stl", "analytic"] = "stl"
-    chord_error: float = Field(default=0.02, ge=2.0e-4, le=0.2, allow_inf_nan=False)
+    chord_error: float = Field(default=0.025, ge=2.0e-4, le=0.2, allow_inf_nan=False)
     inlet_length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     outlet_length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     inlet: Literal["bottom", "top"] = "bottom"

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from functools import cache
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -119,7 +120,7 @@ def _cut_points(normal: Float64Array, plane: Float64Array, subdivisions: int) ->
 
 def _corners(normal: Float64Array, plane: Float64Array) -> Float64Array:
     """Return where rims of flats cross, and where three flats meet inside of the sphere, shape (C, 3)."""
-    found = [np.empty((0, 3))]
+    found: list[Any] = [np.empty((0, 3))]
     for pair in combinations(range(len(plane)), 2):
         across = np.cross(normal[pair[0]], normal[pair[1]])
         square = float(across @ across)
@@ -132,7 +133,7 @@ def _corners(normal: Float64Array, plane: Float64Array) -> Float64Array:
         if abs(float(np.linalg.det(normal[three]))) > PARALLEL:
             place = np.linalg.solve(normal[three], plane[three])
             found += [place[None]] if place @ place < 1.0 else []
-    points = np.concatenate(found)
+    points: Float64Array = np.concatenate(found)
     return points[(points @ normal.T <= plane + ON_PLANE).all(axis=1)]
 
 

@@ -227,5 +227,15 @@ def test_boxes_too_narrow_for_bonds_are_refused_before_the_run(name, options):
     exporters.get("esys").check_outlook(outlook(box), exporters.get("esys").Options())
 
 
+def test_lengths_of_what_is_no_tube_are_refused_before_the_run():
+    line = refused("surface", outlook(cone([0.0, 0.0, 1.0], 0.4, 0.2)), inlet_length=0.1)
+    assert line.startswith("a.yaml:1:1(container): surface: inlet_length and outlet_length are of a cylinder")
+    upright = box_container((0, 0, 0), (1, 1, 1), (False, False, True))
+    assert "vessel is meshed as it is" in refused("surface", outlook(upright), outlet_length=0.1)
+    assert "wraps around along z; choose another" in refused("surface", outlook(upright), axis="z")
+    narrow = box_container((0, 0, 0), (0.2, 1, 1), (True, False, False))
+    assert "two of the longest bonds" in refused("surface", outlook(narrow))
+
+
 def test_voxels_that_are_too_many_are_refused_before_the_run():
     assert "voxels.size to " in refused("voxels", outlook(), size=1e-4)

@@ -279,7 +279,7 @@ def test_too_many_facets_are_refused_with_the_remedy(tmp_path, monkeypatch):
 )
 def test_openfoam_meshes_two_hundred_spheres_and_finds_no_fault(tmp_path, options):
     bed = turned_layers(200)
-    written(bed, tmp_path, cell_size=0.5 * RADIUS, **options)
+    written(bed, tmp_path, cell_size=0.6 * RADIUS, **options)
     environment = {"WM_PROJECT_DIR": "/usr/share/openfoam", **os.environ}
     done = subprocess.run(
         [tmp_path / "Allrun"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
