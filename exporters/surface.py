@@ -123,7 +123,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:
-    """Refuse lengths of what is no tube, and a box that is narrower than two contacts.
+    """Refuse lengths of what is no tube, open walls, and a box that is narrower than two contacts.
 
     Raises:
         ExportError: The scene's container does not fit the options, or the templates do not exist.
@@ -136,6 +136,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
         channel.check_lengths(
             outlook.container, down if held is None else held, options.axis, options.lengths
         )
+        channel.check_closed(outlook.container)
         refuse_narrow_box(outlook.container, outlook.radius_min, options.reach, NAME)
 
 

@@ -15,7 +15,8 @@ from typing import Literal
 import numpy as np
 
 from exporters.resolved.triangles import distance_to_triangles
-from packgen.arrays import BoolArray, Float64Array
+from exporters.walls.edges import edge_uses
+from packgen.arrays import BoolArray, Float64Array, unique_rows
 from packgen.bed import Bed
 from packgen.errors import ExportError
 from packgen.geometry import Box, Cone, Container
@@ -174,6 +175,21 @@ def check_lengths(
         )
 
 
+def check_closed(container: Container) -> None:
+    """Refuse a vessel whose surface is open: the fluid's mesh would leak out of it.
+
+    Raises:
+        ExportError: It is.
+    """
+    _, index = unique_rows(container.surface.vertices)
+    count = int((edge_uses(index[container.surface.faces]) == 1).sum())
+    if kind_of(container) == "vessel" and count:
+        raise ExportError(
+            f"surface: the walls of {container.name} have {count} open edges, expected a closed surface: a "
+            "mesh of the fluid would leak out of it; close the container's mesh"
+        )
+
+
 def make_channel(
     bed: Bed, axis: str | None, lengths: tuple[float | None, float | None], *, inlet_low: bool
 ) -> Channel:
@@ -186,9 +202,10 @@ def make_channel(
         inlet_low: Whether the inlet is at the lower end.
 
     Raises:
-        ExportError: The container has no ends, and lengths or an axis are given.
+        ExportError: The container has no ends, and lengths or an axis are given, or its surface is open.
     """
     check_lengths(bed.container, bed.down, axis, lengths)
+    check_closed(bed.container)
     kind = kind_of(bed.container)
     up = tube_direction(bed.container, bed.down, axis)
     if up is None:

@@ -36,7 +36,10 @@ def fluid_point(
     candidate = _candidates(channel)
     candidate = candidate[channel.contains(candidate)]
     bound = _bound(candidate, position, radius)
-    if channel.kind != "vessel":  # there the walls are many triangles
+    if channel.kind == "vessel":
+        # The walls are many triangles, measured for the best only: points with room enough are alike.
+        bound = np.minimum(bound, radius.mean())
+    else:
         bound = np.minimum(bound, channel.clearance(candidate))
     best = candidate[np.argsort(-bound, kind="stable")[:MEASURED]]
     clearance = [solid_clearance(point, position, radius, rods) for point in best]
