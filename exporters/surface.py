@@ -166,6 +166,8 @@ def _told(bed: Bed, tube: channel.Channel, treated: treatment.Treated, options: 
     volume, method = tube.bed_volume, treated.method
     if bed.body_index is not None and len(np.unique(bed.body_index)) < bed.count:
         method += ", overlaps of spheres of one body counted twice"
+    if options.contacts == "bridges" and tube.kind == "vessel":
+        method += ", walls taken for flat where bridges meet them"
     before, after = (1.0 - solid / volume for solid in (treated.solid_before, treated.solid_after))
     of = "the tube between the ends of the bed" if tube.is_tube else "the container"
     return {

@@ -133,6 +133,7 @@ def capped(bed: Bed, pairs: Pairs, walls: WallContacts, gap: float) -> Treated:
     method = "closed form"
     if overlapping:
         method += f", of {overlapping} spheres whose flats meet quadrature of {volumes.DIRECTIONS} directions"
+        method += f" to {volumes.DIRECTIONS_ERROR:g} of a sphere"
     return Treated(
         bed.radius,
         cuts,

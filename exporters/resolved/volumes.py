@@ -9,6 +9,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 
 DIRECTIONS = 20_000
+DIRECTIONS_ERROR = 1.0e-4  # of a ball, where flats are not deep
 WALL_NODES = 64
 
 

@@ -225,6 +225,7 @@ def test_any_other_vessel_is_meshed_as_it_is(tmp_path):
     assert list(solid_stl(tmp_path, "walls")) == ["wall"]
     point = np.array(told["location_in_mesh"])
     assert 0.03 < told["distance_of_location_from_walls_and_spheres"] <= min(point.min(), (0.4 - point).min())
+    assert "walls taken for flat" in written(bed, tmp_path, contacts="bridges")["volume_found_by"]
     with pytest.raises(ExportError, match=r"surface: inlet_length and outlet_length are of a cylinder"):
         written(bed, tmp_path, inlet_length=0.1)
     with pytest.raises(ExportError, match=r"surface: axis=x is of a box"):
