@@ -39,6 +39,7 @@ BUILTIN = MappingProxyType(
         "csv": "exporters.csv",
         "cfdem": "exporters.cfdem",
         "fraction": "exporters.fraction",
+        "surface": "exporters.surface",
         "mfix": "exporters.mfix",
         "mercury": "exporters.mercury",
         "esys": "exporters.esys",

@@ -1,8 +1,8 @@
-"""STL files of walls."""
+"""STL files of walls and of other surfaces."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +37,26 @@ def write_stl(path: Path, triangles: Float64Array, *, binary: bool = False) -> P
     return path
 
 
-def _ascii_chunks(facets: Float64Array) -> Iterator[str]:
-    vertex = "  vertex %.17g %.17g %.17g\n"
+def write_solids(path: Path, solids: Mapping[str, Iterable[Float64Array]]) -> Path:
+    """Write solids one behind the other into an ASCII STL file, in ten digits.
+
+    Args:
+        path: The file.
+        solids: Parts of each solid by its name, corners [m], shapes (F, 3, 3).
+    """
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        for name, parts in solids.items():
+            file.write(f"solid {name}\n")
+            for triangles in parts:
+                normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+                normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+                file.writelines(_ascii_chunks(np.concatenate((normal[:, None], triangles), axis=1), "%.10g"))
+            file.write(f"endsolid {name}\n")
+    return path
+
+
+def _ascii_chunks(facets: Float64Array, number: str = "%.17g") -> Iterator[str]:
+    vertex = f"  vertex {number} {number} {number}\n"
     form = f"facet normal %.9g %.9g %.9g\n outer loop\n{vertex}{vertex}{vertex} endloop\nendfacet\n"
     for start in range(0, len(facets), ROWS_PER_CHUNK):
         part = facets[start : start + ROWS_PER_CHUNK]

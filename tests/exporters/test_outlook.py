@@ -16,7 +16,7 @@ from exporters import Outlook
 from packgen.bed import Material, ParticleSet
 from packgen.cli import main
 from packgen.errors import ExportError
-from packgen.geometry import Cone, Mesh
+from packgen.geometry import Cone, Mesh, Surface
 from tests.beds import box_container, box_surface, make_bed, make_container, revolved_surface
 
 DECKS = ("liggghts", "lammps", "yade", "cfdem", "bpm")
@@ -225,6 +225,21 @@ def test_boxes_too_narrow_for_bonds_are_refused_before_the_run(name, options):
         "two of the longest bonds; repeat the bed first, by packgen repeat"
     )
     exporters.get("esys").check_outlook(outlook(box), exporters.get("esys").Options())
+
+
+def test_lengths_of_what_is_no_tube_and_open_walls_are_refused_before_the_run():
+    line = refused("surface", outlook(cone([0.0, 0.0, 1.0], 0.4, 0.2)), inlet_length=0.1)
+    assert line.startswith("a.yaml:1:1(container): surface: inlet_length and outlet_length are of a cylinder")
+    upright = box_container((0, 0, 0), (1, 1, 1), (False, False, True))
+    assert "vessel is meshed as it is" in refused("surface", outlook(upright), outlet_length=0.1)
+    assert "wraps around along z; choose another" in refused("surface", outlook(upright), axis="z")
+    cup = box_surface((0, 0, 0), (1, 1, 1))
+    cup = Surface(cup.vertices, cup.faces[2:])
+    assert "have 4 open edges, expected a closed" in refused(
+        "surface", outlook(make_container(Mesh(cup), cup, 1.0))
+    )
+    narrow = box_container((0, 0, 0), (0.2, 1, 1), (True, False, False))
+    assert "two of the longest bonds" in refused("surface", outlook(narrow))
 
 
 def test_voxels_that_are_too_many_are_refused_before_the_run():

@@ -1,0 +1,1 @@
+"""The space between spheres, for particle-resolved CFD: contacts, their treatment, walls, surfaces."""
