@@ -29,9 +29,9 @@ from packgen.units import UNITS, to_si
 __all__ = [
     "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
     "Fractions", "Frequency", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name",
-    "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point", "PoissonsRatio", "Positive", "PositiveLength",
-    "Pressure", "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Velocity", "Where",
-    "WholeNumber", "fault", "number", "plainly",
+    "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point", "PoissonsRatio", "Positive",
+    "PositiveLength", "Pressure", "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Velocity",
+    "Where", "WholeNumber", "fault", "number", "plainly",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"

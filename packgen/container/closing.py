@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from packgen.arrays import Int64Array, unique_rows
+from packgen.arrays import BoolArray, Int64Array, unique_rows
 from packgen.container.shells import stacked
 from packgen.container.stitching import SLACK, stitched_from
 from packgen.container.topology import boundary_edges
@@ -31,8 +31,8 @@ def closing_pieces(own: Surface, pieces: Sequence[Surface]) -> set[int]:
     _, edge = unique_rows(ends)
     of_edge = np.repeat(owner, 3)
     order = np.argsort(edge, kind="stable")
-    uses = np.bincount(edge)[edge[order]]
-    pairs = of_edge[order][np.asarray(uses == 2)].reshape(-1, 2)
+    twice: BoolArray = np.equal(np.bincount(edge)[edge[order]], 2)
+    pairs = of_edge[order][twice].reshape(-1, 2)
     shared = {(int(a), int(b)) for a, b in pairs if a != b}
     found = {OWN}
     while True:

@@ -1,4 +1,4 @@
-"""Containers with named parts of their walls: what closes an opening, what stands in them, what is refused."""
+"""Containers with named parts of their walls: what closes an opening, what stands in them, what cannot be."""
 
 from __future__ import annotations
 
