@@ -13,7 +13,10 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
+from packgen.check.parts import nearest_part_name
 from packgen.check.walls import wall_clearance
+
+PART_REACH = 2.0  # radii: how far from a sphere in a wall its part is looked for
 
 __all__ = ["Check", "check_bed", "near_pairs", "wall_clearance"]
 
@@ -34,6 +37,7 @@ class Check:
         invalid_count: Number of spheres whose position is not finite, or whose radius is not finite and above
             0.
         tolerance: Largest overlap asked for; None: whatever the optimiser left.
+        worst_wall_part: Name of the part of the walls that is nearest to that sphere; None where it has none.
     """
 
     overlap_max: float
@@ -46,6 +50,7 @@ class Check:
     outside_count: int
     invalid_count: int
     tolerance: float | None
+    worst_wall_part: str | None = None
 
     @property
     def within_tolerance(self) -> bool:
@@ -76,8 +81,9 @@ class Check:
                 f"spheres {first} and {second}, by {self.overlap_max:.3g} of the smaller radius"
             )
         if self.tolerance is not None and self.wall_overlap_max > self.tolerance:
+            part = "" if self.worst_wall_part is None else f" {self.worst_wall_part}"
             lines.append(
-                f"sphere {self.worst_wall_sphere} is in the wall by {self.wall_overlap_max:.3g} of its "
+                f"sphere {self.worst_wall_sphere} is in the wall{part} by {self.wall_overlap_max:.3g} of its "
                 f"radius, tolerance {self.tolerance:.3g}"
             )
         return tuple(lines)
@@ -123,4 +129,9 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
         outside_count=int(np.count_nonzero(clearance < 0.0)),
         invalid_count=int(bed.count - len(index)),
         tolerance=bed.tolerance,
+        worst_wall_part=(
+            nearest_part_name(bed.container, position[worst_wall], PART_REACH * float(radius[worst_wall]))
+            if in_wall and bed.container.parts
+            else None
+        ),
     )

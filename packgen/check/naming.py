@@ -7,6 +7,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
+from packgen.check.parts import nearest_part_name
 
 NAMED_MAX = 20
 
@@ -33,7 +34,8 @@ def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = Non
             depth[each],
             f"{_named(bed, ids, each)} is outside the container"
             if clearance[each] < 0.0
-            else f"{_named(bed, ids, each)} is in the wall by {depth[each]:.3g} of its radius",
+            else f"{_named(bed, ids, each)} is in the wall{_part(bed, each)} by {depth[each]:.3g} of its "
+            "radius",
         )
         for each in in_wall[:NAMED_MAX].tolist()
     ]
@@ -44,6 +46,12 @@ def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = Non
     lines = [line for _, line in found[:NAMED_MAX]]
     rest = len(in_wall) + pair_count - len(lines)
     return (*lines, f"and {rest:,} more of these") if rest else tuple(lines)
+
+
+def _part(bed: Bed, place: int) -> str:
+    """Return the name of the part of the walls nearest to a sphere, with a blank before it."""
+    name = nearest_part_name(bed.container, bed.position[place], 2.0 * float(bed.radius[place]))
+    return "" if name is None else f" {name}"
 
 
 def _deepest(depth: Float64Array, limit: float) -> Int64Array:

@@ -56,8 +56,8 @@ def joined(own: Surface, pieces: Mapping[int, Surface]) -> tuple[Surface, Int64A
     extent = float(np.ptp(own.vertices, axis=0).max())
     for number, piece in pieces.items():
         corners = np.concatenate([each.vertices for each in surfaces])
-        away, nearest = cKDTree(corners).query(piece.vertices)
-        moved = np.where((away <= SLACK * extent)[:, None], corners[nearest], piece.vertices)
+        away, nearest = map(np.asarray, cKDTree(corners).query(piece.vertices))
+        moved = np.where(away[:, None] <= SLACK * extent, corners[nearest], piece.vertices)
         surfaces.append(Surface(moved, piece.faces))
         owner.append(np.full(len(piece.faces), number, np.int64))
     surface, source = stitched_from(stacked(surfaces))

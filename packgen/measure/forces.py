@@ -16,6 +16,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
+from packgen.check.parts import nearest_part
 from packgen.geometry import Box, Cone
 from packgen.measure import hertz as law
 
@@ -72,7 +73,8 @@ def predicted_forces(bed: Bed, clearance: Float64Array | None = None) -> Predict
     wall_force = np.zeros(bed.count)
     if not all(bed.container.periodic):
         depth = np.where(np.isfinite(clearance), bed.radius - clearance, 0.0)
-        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index), bed.radius, depth)
+        part = nearest_part(bed.container, bed.position, bed.radius) if bed.container.parts else None
+        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index, part), bed.radius, depth)
     worst_wall = int(wall_force.argmax())
     return PredictedForces(
         weight=weight,
