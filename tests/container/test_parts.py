@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from packgen.container.inner_wall import with_inner_wall
 from packgen.errors import GeometryError
 from packgen.geometry import Mesh, Polyhedron
+from packgen.reading.known import known_by_provenance
+from packgen.scene import load_scene
 from tests.container_meshes import extruded, joined, revolved, saved
 from tests.scenes import constant, read_scene
 
@@ -190,3 +193,26 @@ def test_a_part_whose_mesh_cannot_be_read_is_named(tmp_path):
 def test_a_part_may_consist_of_several_pieces(tmp_path):
     container = container_of(tmp_path, BOX, {"gates": (joined(gate(1.0), gate(3.0)), {})})
     assert len(corners_of(container, "gates")) == 4
+
+
+def test_a_bed_that_is_read_again_has_its_parts_where_their_meshes_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shell, plug = silo()
+    move = {"move": {"rotate": {"axis": "z", "rpm": 30}}}
+    walls = {"outlet": (plug, {"remove": True}), "blade": (block([-0.3, -0.05, 0.5], [0.3, 0.05, 0.8]), move)}
+    first = container_of(tmp_path, shell, walls)
+    settings = load_scene(tmp_path / "scene.yaml").model_dump()
+    again = known_by_provenance({"settings": settings}, meshes=True).container
+    assert [(each.name, each.faces.tolist(), each.remove) for each in again.parts] == [
+        (each.name, each.faces.tolist(), each.remove) for each in first.parts
+    ]
+    assert again.parts[1].motion.period == 2.0
+    assert known_by_provenance({"settings": settings}).container is None
+
+
+def test_a_container_that_is_carved_keeps_its_parts(tmp_path):
+    container = container_of(tmp_path, BOX, {"gate": (gate(), {})})
+    hole = container_of(tmp_path, block([2, 0.5, 0.5], [3, 1, 1]), {})
+    carved, _ = with_inner_wall(container, hole)
+    assert (corners_of(carved, "gate")[:, :, 0] == 1.0).all()
+    assert len(carved.surface.faces) == 14 + 12
