@@ -22,6 +22,8 @@ TANK_RADIUS, TANK_HEIGHT, BAFFLES, BAFFLE_WIDTH, BAFFLE_GAP = 0.5, 1.0, 4, 0.1, 
 SILO_RADIUS, SILO_HEIGHT, OUTLET_RADIUS = 0.15, 0.5, 0.05
 # A gate across a tank [m]: at x, as wide and high as the tank.
 GATE_PLACE, GATE_WIDTH, GATE_HEIGHT = 0.1, 0.1, 0.25
+# Corners of a mixer's blade [m].
+BLADE = np.array([[-0.08, -0.01, 0.03], [0.08, 0.01, 0.07]])
 
 
 def revolved(
@@ -100,6 +102,14 @@ def gate() -> np.ndarray:
     return points[np.array([[0, 1, 2], [0, 2, 3]])]
 
 
+def block(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return a closed block between two corners [m], triangles of shape (12, 3, 3), float64."""
+    ring = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    corners = low + np.concatenate([ring, ring + np.array([0, 0, 1])]) * (high - low)
+    quads = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    return corners[np.array([each for a, b, c, d in quads for each in ((a, b, c), (a, c, d))])]
+
+
 def main() -> None:
     """Write all surfaces."""
     folder = Path(__file__).parent
@@ -116,6 +126,7 @@ def main() -> None:
     write_stl(folder / "silo.stl", revolved(silo, 48, bottom=False, top=False))
     write_stl(folder / "outlet.stl", disc(0.0, OUTLET_RADIUS, 48))
     write_stl(folder / "gate.stl", gate())
+    write_stl(folder / "blade.stl", block(*BLADE))
 
 
 if __name__ == "__main__":

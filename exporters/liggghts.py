@@ -20,6 +20,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from exporters.protocol import Outlook
@@ -30,7 +31,7 @@ from exporters.walls import parts as named
 from exporters.walls.stl import write_stl
 from packgen.bed import Bed
 from packgen.errors import ExportError
-from packgen.geometry import Container
+from packgen.geometry import Container, Translation
 
 NAME = "liggghts"
 IS_DECK = True
@@ -165,6 +166,7 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
     of_mesh = facets if primitives is None else None
     one, page = crowding.neighbor_room(of_mesh, values["radius_max"], values["skin"])
     return values | {
+        "boundary": _boundary(values["boundary"], bed.container) if parts else values["boundary"],
         "neighbors_one": one,
         "neighbors_page": page,
         "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
@@ -188,6 +190,20 @@ def _values(bed: Bed, types: contact.Types, facets: walls.Facets | None, options
         "moving": [each for each in parts if each["motion"] is not None],
         "wall_folder": "",
     }
+
+
+def _boundary(styles: str, container: Container) -> str:
+    """Return the styles of the box's sides: those that parts leave by moving along a line grow with them.
+
+    LIGGGHTS stops where facets have left a fixed box.
+    """
+    velocity = [each.motion.velocity for each in container.parts if isinstance(each.motion, Translation)]
+    along = np.array(velocity).reshape(-1, 3)
+    grown = []
+    for axis, style in enumerate(styles.split()):
+        low, high = (along[:, axis] < 0).any(), (along[:, axis] > 0).any()
+        grown.append(style if not (low or high) else ("m" if low else "f") + ("m" if high else "f"))
+    return " ".join(grown)
 
 
 def _part_values(container: Container, types: contact.Types, options: Options) -> list[dict[str, Any]]:

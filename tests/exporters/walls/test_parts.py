@@ -280,3 +280,18 @@ def test_in_solvers_a_sphere_falls_where_a_floor_is_removed(tmp_path, program):
     np.testing.assert_allclose(held[:, 2], 0.01, atol=1e-4)
     fallen = moved(program, tmp_path, convex(remove=True), spheres, 300, 900)
     assert (fallen[:, 2] < 0.008).all()
+
+
+def test_the_box_grows_with_a_part_that_leaves_it(tmp_path):
+    for velocity, boundary in (((0, 0, 1), "f f fm"), ((-1, 0, -1), "mf f mf"), ((0, 2, 0), "f fm f")):
+        deck = liggghts_deck(bed_of(gated(motion=Translation(np.array(velocity, float)))), tmp_path)
+        assert f"boundary {boundary}\n" in deck
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.skipif(not shutil.which("liggghts"), reason="no liggghts")
+def test_liggghts_runs_on_when_a_part_has_left_the_box(tmp_path):
+    lift = gated(motion=Translation(np.array([0.0, 0.0, 40.0])))
+    (at,) = moved("liggghts", tmp_path, lift, [(0.05, 0.05, 0.01)], 2000)
+    assert at[2] == pytest.approx(0.01, abs=1e-4)
