@@ -18,14 +18,24 @@ CONE = ((0.0, 0.02), (1.8, 0.812))
 SPHERE_HEIGHT, SPHERE_RADIUS = 0.5, 0.55
 # A standard stirred tank [m]: four baffles a tenth of its diameter wide.
 TANK_RADIUS, TANK_HEIGHT, BAFFLES, BAFFLE_WIDTH, BAFFLE_GAP = 0.5, 1.0, 4, 0.1, 0.05
+# A silo with a flat floor [m], whose outlet is a surface of its own.
+SILO_RADIUS, SILO_HEIGHT, OUTLET_RADIUS = 0.15, 0.5, 0.05
+# A gate across a tank [m]: at x, as wide and high as the tank.
+GATE_PLACE, GATE_WIDTH, GATE_HEIGHT = 0.1, 0.1, 0.25
+# Corners of a mixer's blade [m].
+BLADE = np.array([[-0.08, -0.01, 0.03], [0.08, 0.01, 0.07]])
 
 
-def revolved(profile: tuple[tuple[float, float], ...], facets: int) -> np.ndarray:
-    """Return a closed surface of revolution about z.
+def revolved(
+    profile: tuple[tuple[float, float], ...], facets: int, *, bottom: bool = True, top: bool = True
+) -> np.ndarray:
+    """Return a surface of revolution about z, closed but for the ends that it has not.
 
     Args:
         profile: Height and radius [m] from the bottom to the top; a radius of 0 is a tip.
         facets: Number of facets round the axis.
+        bottom: Whether it has its lower end.
+        top: Whether it has its upper end.
 
     Returns:
         Triangles [m], counter-clockwise from outside, shape (F, 3, 3), float64.
@@ -37,11 +47,19 @@ def revolved(profile: tuple[tuple[float, float], ...], facets: int) -> np.ndarra
         after_lower, after_upper = np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0)
         triangles.append(np.stack([lower, after_lower, after_upper], axis=1))
         triangles.append(np.stack([lower, after_upper, upper], axis=1))
-    bottom, top = rings[0], rings[-1]
-    triangles.append(np.stack([np.zeros_like(bottom), np.roll(bottom, -1, axis=0), bottom], axis=1))
-    triangles.append(np.stack([np.zeros_like(top), top, np.roll(top, -1, axis=0)], axis=1))
-    triangles[-2][:, 0, 2], triangles[-1][:, 0, 2] = profile[0][0], profile[-1][0]
+    if bottom:
+        triangles.append(disc(profile[0][0], profile[0][1], facets))
+    if top:
+        triangles.append(disc(profile[-1][0], profile[-1][1], facets)[:, [0, 2, 1]])
     return without_degenerate(np.concatenate(triangles))
+
+
+def disc(height: float, radius: float, facets: int) -> np.ndarray:
+    """Return a disc across z that is seen from below, triangles [m], shape (F, 3, 3), float64."""
+    angle = 2.0 * np.pi * np.arange(facets) / facets
+    rim = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(facets, height)], axis=1)
+    middle = np.broadcast_to([0.0, 0.0, height], rim.shape)
+    return np.stack([middle, np.roll(rim, -1, axis=0), rim], axis=1)
 
 
 def without_degenerate(triangles: np.ndarray) -> np.ndarray:
@@ -77,6 +95,21 @@ def tank() -> np.ndarray:
     return np.concatenate([shell, *(np.stack(half, axis=1) for half in halves)])
 
 
+def gate() -> np.ndarray:
+    """Return a gate across a tank, a sheet of no thickness."""
+    corners = ((0.0, 0.0), (GATE_WIDTH, 0.0), (GATE_WIDTH, GATE_HEIGHT), (0.0, GATE_HEIGHT))
+    points = np.array([(GATE_PLACE, y, z) for y, z in corners])
+    return points[np.array([[0, 1, 2], [0, 2, 3]])]
+
+
+def block(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return a closed block between two corners [m], triangles of shape (12, 3, 3), float64."""
+    ring = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    corners = low + np.concatenate([ring, ring + np.array([0, 0, 1])]) * (high - low)
+    quads = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    return corners[np.array([each for a, b, c, d in quads for each in ((a, b, c), (a, c, d))])]
+
+
 def main() -> None:
     """Write all surfaces."""
     folder = Path(__file__).parent
@@ -89,6 +122,11 @@ def main() -> None:
     write_stl(folder / "cone.stl", revolved(CONE, 96))
     write_stl(folder / "sphere.stl", revolved(ball, 48))
     write_stl(folder / "tank.stl", tank())
+    silo = ((0.0, OUTLET_RADIUS), (0.0, SILO_RADIUS), (SILO_HEIGHT, SILO_RADIUS))
+    write_stl(folder / "silo.stl", revolved(silo, 48, bottom=False, top=False))
+    write_stl(folder / "outlet.stl", disc(0.0, OUTLET_RADIUS, 48))
+    write_stl(folder / "gate.stl", gate())
+    write_stl(folder / "blade.stl", block(*BLADE))
 
 
 if __name__ == "__main__":

@@ -74,6 +74,8 @@ def deck_values(
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
     particulate.check_materials(solver, types.materials)
+    if has_wall:
+        lammps_walls.check_parts(bed.container, bed.wall_material)
     regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
     box = lammps_data.simulation_box(bed, open_top=open_top)
     return types, box, _values(bed, types, box, options) | {"regions": regions}
@@ -89,6 +91,8 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     deck.check_templates(options.templates)
     particulate.check_materials(NAME, outlook.materials, place=outlook.place)
     if walls.has_wall(outlook):
+        with outlook.placed("walls"):
+            lammps_walls.check_parts(outlook.container, outlook.wall_material)
         with outlook.placed("container"):
             lammps_walls.wall_regions(outlook.container)
 

@@ -8,6 +8,9 @@ leaves the second out, so that another script can ``include`` the deck unedited;
 Neighbours are listed by ``bin`` for every range of sizes: with ``multi`` Debian's LIGGGHTS 3.8.0 lists none
 at all, and spheres fall through each other (found by running it).
 
+Named parts of the walls are meshes of their own, each of its own material. They move in the deck's own run
+alone, and those that are to be removed are there for ``steps``, and gone for ``steps_open`` more.
+
 Where the walls are a mesh that is too small or too large for LIGGGHTS in metres, the deck is in another unit
 of length and says so, see ``exporters.shared.lengths``.
 """
@@ -17,15 +20,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, lengths, particulate
 from exporters.walls import crowding
 from exporters.walls import facets as walls
+from exporters.walls import parts as named
 from exporters.walls.stl import write_stl
 from packgen.bed import AnyBed
 from packgen.errors import ExportError
+from packgen.geometry import Container, Translation
 
 NAME = "liggghts"
 IS_DECK = True
@@ -74,8 +80,18 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     box = _simulation_box(bed, facets)
     paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box))
     if facets is not None:
-        paths.append(write_stl(folder / "wall.stl", facets.triangles, binary=options.stl == "binary"))
+        paths += _write_walls(bed.container, folder, binary=options.stl == "binary")
     return paths
+
+
+def _write_walls(container: Container, folder: Path, *, binary: bool) -> list[Path]:
+    """Write the facets of the walls, and of each of their named parts."""
+    parts = named.parts_of(container)
+    body = walls.wall_facets(named.body_of(container)).triangles
+    files = [(each.file, each.facets.triangles) for each in parts]
+    if len(body):
+        files.insert(0, ("wall.stl", body))
+    return [write_stl(folder / name, triangles, binary=binary) for name, triangles in files]
 
 
 def deck_values(bed: AnyBed, options: Options) -> dict[str, Any]:
@@ -106,6 +122,7 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     if _has_mesh(outlook, options):
         with outlook.placed("container"):
             _check_facets(walls.wall_facets(outlook.container))
+            named.parts_of(outlook.container)
 
 
 def _has_mesh(bed: AnyBed | Outlook, options: Options) -> bool:
@@ -124,7 +141,10 @@ def _primitives(bed: AnyBed | Outlook, options: Options) -> tuple[walls.Primitiv
 
 
 def _simulation_box(bed: AnyBed, facets: walls.Facets | None) -> lammps_data.Float64Array:
-    return lammps_data.simulation_box(bed, open_top=facets is not None and facets.open_edges > 0)
+    open_top = facets is not None and facets.open_edges > 0
+    return lammps_data.simulation_box(
+        bed, open_top=open_top, walls=named.reach_of_motions(bed.container) if bed.container.parts else None
+    )
 
 
 def _values(
@@ -139,11 +159,17 @@ def _values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
     )
     moduli = [each.youngs_modulus for each in types.materials]
-    mesh = _mesh_values(facets, options) if facets is not None and primitives is None else None
+    has_mesh = facets is not None and primitives is None
+    body = facets if not bed.container.parts else walls.wall_facets(named.body_of(bed.container))
+    mesh = _mesh_values(body, options) if has_mesh and body is not None and len(body.triangles) else None
+    if mesh is not None and facets is not None:
+        mesh["is_open"] = facets.open_edges > 0  # not where a part closes it
+    parts = _part_values(bed.container, types, options) if has_mesh else []
     values |= lammps_data.box_values(bed, box)
     of_mesh = facets if primitives is None else None
     one, page = crowding.neighbor_room(of_mesh, values["radius_max"], values["skin"])
     return values | {
+        "boundary": _boundary(values["boundary"], bed.container) if parts else values["boundary"],
         "neighbors_one": one,
         "neighbors_page": page,
         "soft": min(moduli) < YOUNGS_MODULUS_SOFT,
@@ -157,8 +183,45 @@ def _values(
         "dumps": options.dumps,
         "primitives": primitives or (),
         "mesh": mesh,
+        "parts": parts,
+        "meshes": [*(["wall_mesh"] if mesh else []), *(each["fix"] for each in parts)],
+        "meshes_left": [
+            *(["wall_mesh"] if mesh else []),
+            *(each["fix"] for each in parts if not each["remove"]),
+        ],
+        "removed": [each for each in parts if each["remove"]],
+        "moving": [each for each in parts if each["motion"] is not None],
         "wall_folder": "",
     }
+
+
+def _boundary(styles: str, container: Container) -> str:
+    """Return the styles of the box's sides: those that parts leave by moving along a line grow with them.
+
+    LIGGGHTS stops where facets have left a fixed box.
+    """
+    velocity = [each.motion.velocity for each in container.parts if isinstance(each.motion, Translation)]
+    along = np.array(velocity).reshape(-1, 3)
+    grown = []
+    for axis, style in enumerate(styles.split()):
+        low, high = (along[:, axis] < 0).any(), (along[:, axis] > 0).any()
+        grown.append(style if not (low or high) else ("m" if low else "f") + ("m" if high else "f"))
+    return " ".join(grown)
+
+
+def _part_values(container: Container, types: contact.Types, options: Options) -> list[dict[str, Any]]:
+    return [
+        _mesh_values(each.facets, options)
+        | {
+            "name": each.part.name,
+            "fix": f"part_{each.label}",
+            "file": each.file,
+            "type": number,
+            "remove": each.part.remove,
+            "motion": None if each.part.motion is None else named.motion_values(each.part.motion),
+        }
+        for each, number in zip(named.parts_of(container), types.by_part, strict=True)
+    ]
 
 
 def _mesh_values(facets: walls.Facets, options: Options) -> dict[str, Any]:

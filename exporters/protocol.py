@@ -30,6 +30,7 @@ class Outlook:
         radius_max: Largest radius that a sphere may have [m]; the bed need not have one of that size.
         place: Returns ``file:line:column`` of a value of the scene, or of what is around it, by its names and
             indices, such as ``("materials", "glass", "friction")``.
+        wall_material: Name of the material of the walls, but for named parts of others.
     """
 
     container: Container
@@ -39,6 +40,7 @@ class Outlook:
     radius_min: float
     radius_max: float
     place: Place
+    wall_material: str = ""
 
     @contextmanager
     def placed(self, *location: str | int) -> Iterator[None]:

@@ -5,6 +5,8 @@ Reference: YADE manual, classes ``Ip2_FrictMat_FrictMat_MindlinPhys``, ``Law2_Sc
 a sphere of twice the radius of the sphere that touches it, which makes the wall's force sqrt(2/3) of
 LIGGGHTS', and a sphere above the edge of two facets touches both. Flat walls across an axis are therefore
 planes (``Wall``, a sphere of the same radius: sqrt(1/2)), see `flat_walls`; ``wall.stl`` has the other walls.
+Named parts of the walls are facets of files of their own; they move in the deck's own run alone, and those
+that are to be removed are there for ``steps``, and gone for ``steps_open`` more.
 ``bed.txt`` has the columns x y z r and the number of the particle set; ``ymport.text`` reads it too.
 
 YADE's rolling friction (``includeMoment``) has one coefficient for all contacts, and its limit is the normal
@@ -27,6 +29,7 @@ from pydantic import Field
 from exporters.protocol import Outlook
 from exporters.shared import contact, deck, particulate, table
 from exporters.walls import facets as walls
+from exporters.walls import parts as named
 from exporters.walls.edges import edge_uses
 from exporters.walls.stl import write_stl
 from packgen.arrays import Float64Array, unique_rows
@@ -73,26 +76,31 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     types = contact.number_types(bed, has_wall=has_wall)
     particulate.check_materials(NAME, types.materials)
     planes, facets = _walls(bed.container) if has_wall else ([], np.zeros((0, 3, 3)))
+    parts = named.parts_of(bed.container, angle_min=0.0)
     fraction = options.timestep_fraction
     if fraction is None:
-        crowd = max(FACETS_AT_ONCE, facets_at_once(bed, facets))
+        crowd = max(
+            FACETS_AT_ONCE,
+            facets_at_once(bed, np.concatenate([facets, *(each.facets.triangles for each in parts)])),
+        )
         fraction = float(f"{TIMESTEP_FRACTION * FACETS_AT_ONCE / crowd:.2g}")
     values = particulate.common_values(bed, types, timestep_fraction=fraction, steps=options.steps)
     values |= _material_values(bed, types)
     values |= {
         "facets": len(facets) > 0,
         "planes": planes,
+        "parts": _part_values(parts, types),
         "rolling": rolling(bed, types),
         "periodic": (bed.container.bounds[1] - bed.container.bounds[0]).tolist() if not has_wall else [],
         "gravity_vector": bed.acceleration.tolist(),
         "verlet_distance": VERLET_SHARE * values["radius_min"],
     }
     paths = [deck.write_text(folder / "bed.py", deck.render("yade/bed.py.j2", values, options.templates))]
-    parts = ([*chunk.position.T, chunk.radius, chunk.set_index] for chunk in bed.chunks())
-    paths.append(table.write_parts(folder / "bed.txt", parts, head="#format x_y_z_r_matId\n"))
+    rows = ([*chunk.position.T, chunk.radius, chunk.set_index] for chunk in bed.chunks())
+    paths.append(table.write_parts(folder / "bed.txt", rows, head="#format x_y_z_r_matId\n"))
     if len(facets):
         paths.append(write_stl(folder / "wall.stl", facets))
-    return paths
+    return paths + [write_stl(folder / each.file, each.facets.triangles) for each in parts]
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:
@@ -137,15 +145,18 @@ def _check_periodic(container: Container, radius_min: float, radius_max: float) 
 
 
 def _material_values(bed: AnyBed, types: contact.Types) -> dict[str, Any]:
-    """Return a material for each particle set, since YADE's have the density, and one for the walls."""
+    """Return a material for each particle set, since YADE's have the density, and for parts and walls."""
     wall = types.materials[types.wall - 1]
     of_set = [types.materials[max(1, number) - 1] for number in types.by_set]
-    each = [*of_set, wall]
+    of_part = [types.materials[number - 1] for number in types.by_part]
+    each = [*of_set, *of_part, wall]
     names = [
         *(f"set {one.name}, material {one.material}" for one in bed.particle_sets),
+        *(f"wall {one.name}, material {one.material}" for one in bed.container.parts),
         f"walls, {wall.name}",
     ]
-    densities = [*(one.density for one in bed.particle_sets), bed.particle_sets[0].density]
+    like = bed.particle_sets[0].density  # walls have no weight, and every material a density
+    densities = [*(one.density for one in bed.particle_sets), *(like for _ in of_part), like]
     angles = contact.pair_matrix([one.friction for one in each])
     return {
         "materials": [
@@ -161,6 +172,20 @@ def _material_values(bed: AnyBed, types: contact.Types) -> dict[str, Any]:
         "restitution": contact.pair_matrix([one.restitution for one in each]),
         "friction": np.arctan(angles).tolist(),
     }
+
+
+def _part_values(parts: tuple[named.DeckPart, ...], types: contact.Types) -> list[dict[str, Any]]:
+    """Return the named parts of the walls as the template places them."""
+    return [
+        {
+            "name": each.part.name,
+            "file": each.file,
+            "material": len(types.by_set) + number,
+            "remove": each.part.remove,
+            "motion": None if each.part.motion is None else named.motion_values(each.part.motion),
+        }
+        for number, each in enumerate(parts)
+    ]
 
 
 def rolling(bed: AnyBed, types: contact.Types) -> dict[str, float] | None:
@@ -185,8 +210,11 @@ def rolling(bed: AnyBed, types: contact.Types) -> dict[str, float] | None:
 def _walls(container: Container) -> tuple[list[tuple[int, float]], Float64Array]:
     """Return the planes (axis, position), and the corners [m] of the facets that lie on none, (F, 3, 3)."""
     # YADE takes narrow facets, and counts the edges of wider ones twice.
-    triangles = walls.wall_facets(container, angle_min=0.0).triangles
-    planes = flat_walls(triangles)
+    triangles = walls.wall_facets(named.body_of(container), angle_min=0.0).triangles
+    low, high = named.reach_of_motions(container)
+    planes = [
+        (axis, position) for axis, position in flat_walls(triangles) if not low[axis] < position < high[axis]
+    ]
     on_plane = np.zeros(len(triangles), dtype=bool)
     for axis, position in planes:
         on_plane |= (triangles[:, :, axis] == position).all(axis=1)

@@ -24,6 +24,8 @@ UNITS = MappingProxyType(
         "density": MappingProxyType({"kg/m3": 1.0, "g/cm3": 1.0e3, "t/m3": 1.0e3}),
         "pressure": MappingProxyType({"Pa": 1.0, "kPa": 1.0e3, "MPa": 1.0e6, "GPa": 1.0e9}),
         "time": MappingProxyType({"s": 1.0, "ms": 1.0e-3, "us": 1.0e-6, "min": 60.0, "h": 3600.0}),
+        "velocity": MappingProxyType({"m/s": 1.0, "cm/s": 1.0e-2, "mm/s": 1.0e-3}),
+        "frequency": MappingProxyType({"Hz": 1.0}),
         "acceleration": MappingProxyType({"m/s2": 1.0}),
         "number": MappingProxyType({}),
     }

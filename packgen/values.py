@@ -28,10 +28,10 @@ from packgen.units import UNITS, to_si
 
 __all__ = [
     "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
-    "Fractions", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name", "NonNegative",
-    "NonNegativeLength", "Periodic", "Point", "PoissonsRatio", "Positive", "PositiveLength", "Pressure",
-    "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Where", "WholeNumber", "fault", "number",
-    "plainly",
+    "Fractions", "Frequency", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name",
+    "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point", "PoissonsRatio", "Positive",
+    "PositiveLength", "Pressure", "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Velocity",
+    "Where", "WholeNumber", "fault", "number", "plainly",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"
@@ -144,6 +144,13 @@ def _point(value: Any) -> Unit3:
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         raise ValueError("a list of three lengths [x, y, z]")
     x, y, z = (number(each, "length") for each in value)
+    return (x, y, z)
+
+
+def _velocity(value: Any) -> Unit3:
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise ValueError("a list of three velocities [vx, vy, vz]")
+    x, y, z = (number(each, "velocity") for each in value)
     return (x, y, z)
 
 
@@ -281,6 +288,7 @@ _LETTER = {"enum": ["x", "y", "z", 0, 1, 2]}
 _VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 _SIGNED = {"enum": ["x", "y", "z", "-x", "-y", "-z"]}
 _THREE_LENGTHS = {"type": "array", "items": _numbers("length"), "minItems": 3, "maxItems": 3}
+_THREE_VELOCITIES = {"type": "array", "items": _numbers("velocity"), "minItems": 3, "maxItems": 3}
 
 Length = Annotated[float, _quantity("length"), _of("length")]
 PositiveLength = Annotated[float, _positive("length"), _of("length", **_ABOVE)]
@@ -323,11 +331,14 @@ SolidVolume = Annotated[float, _positive("volume"), _of("volume", **_ABOVE)]
 Mass = Annotated[float, _positive("mass"), _of("mass", **_ABOVE)]
 Density = Annotated[float, _positive("density"), _of("density", **_ABOVE)]
 Pressure = Annotated[float, _positive("pressure"), _of("pressure", **_ABOVE)]
+Period = Annotated[float, _positive("time"), _of("time", **_ABOVE)]
+Frequency = Annotated[float, _positive("frequency"), _of("frequency", **_ABOVE)]
 Acceleration = Annotated[float, _positive("acceleration"), _of("acceleration", **_ABOVE)]
 Count = Annotated[int, _whole(1, 2**31 - 1), _counted(1)]
 WholeNumber = Annotated[int, _whole(0, 2**31 - 1), _counted(0)]
 Seed = Annotated[int, _whole(0, 2**63 - 1), _counted(0)]
 Point = Annotated[Unit3, BeforeValidator(_point), WithJsonSchema(_THREE_LENGTHS)]
+Velocity = Annotated[Unit3, BeforeValidator(_velocity), WithJsonSchema(_THREE_VELOCITIES)]
 Direction = Annotated[Unit3, BeforeValidator(_direction), WithJsonSchema({"anyOf": [_SIGNED, _VECTOR]})]
 PrimitiveAxis = Annotated[
     Unit3, BeforeValidator(_primitive_axis), WithJsonSchema({"anyOf": [_SIGNED, _LETTER, _VECTOR]})

@@ -218,3 +218,52 @@ def test_a_furnace_of_larger_spheres_stands_in_liggghts(tmp_path):
     validation = json.loads((folder / "validation.json").read_text())
     assert validation["passed"] is True
     assert validation["solvers"]["liggghts"]["sphere_count"] == 2500
+
+
+@pytest.mark.parametrize(("name", "part", "faces"), [("silo", "outlet", 48), ("column", "gate", 2)])
+def test_the_examples_with_named_walls_have_a_wall_that_is_removed(name, part, faces):
+    container = load_container(load_scene(EXAMPLES / f"{name}.yaml"))
+    assert [(each.name, each.remove, len(each.faces)) for each in container.parts] == [(part, True, faces)]
+
+
+def let_go(name, folder, more, *keys):
+    """Positions and ids at the end of the bed of an example whose wall LIGGGHTS has removed [m]."""
+    arguments = [str(EXAMPLES / f"{name}.yaml"), "-o", str(folder / "bed"), "--export", "liggghts", "--quiet"]
+    assert main([*arguments, "--no-report", *keys]) == 0
+    deck = folder / "bed/liggghts"
+    variables = {"steps": 200, "steps_open": more, "dump_every": 200}
+    listed = [word for key, value in variables.items() for word in ("-var", key, str(value))]
+    done = subprocess.run(
+        ["stdbuf", "-oL", "liggghts", "-in", "in.bed", "-log", "none", *listed],
+        cwd=deck, capture_output=True, text=True, errors="replace", timeout=600, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-2000:]
+    ends = []
+    for step in (200, 200 + more):
+        rows = (deck / f"post/bed_{step}.dump").read_text().split("radius \n")[1].splitlines()
+        ends.append(np.array([row.split()[2:5] for row in rows], float))
+    return ends
+
+
+needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@needs_liggghts
+def test_the_silos_grains_flow_out_once_its_outlet_is_removed(tmp_path):
+    shut, opened = let_go("silo", tmp_path, 3000, "--set", "zones[0].n_particles=1000")
+    assert len(shut) == 1000
+    assert shut[:, 2].min() > 0.0075
+    gone = 1000 - len(opened)  # they have left the solver's box
+    assert gone + (opened[:, 2] < 0.0).sum() >= 20
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@needs_liggghts
+def test_the_column_collapses_once_its_gate_is_removed(tmp_path):
+    stands, fallen = let_go("column", tmp_path, 4000)
+    assert stands[:, 0].max() < 0.0965
+    assert len(fallen) == len(stands)
+    assert (fallen[:, 0] > 0.1).mean() > 0.1

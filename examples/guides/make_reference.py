@@ -33,6 +33,7 @@ from packgen.forecast import Forecast, SetForecast, ZoneForecast
 from packgen.reading import dump, extxyz, lammps_data, mfix, npz, vtk
 from packgen.reading import table as table_of_text
 from packgen.scene import document, models, sets
+from packgen.scene import walls as wall_models
 from packgen.summary import FIGURES, main_figures
 from packgen.summary import summary as summary_of_run
 from packgen.units import UNITS
@@ -52,6 +53,7 @@ KINDS = {
     "FilePath": "file, relative to the scene",
     "Flag": "true or false",
     "Fraction": "number from 0 to 1",
+    "Frequency": "frequency > 0 [Hz]",
     "Fractions": "list of numbers from 0 to 1",
     "InnerFraction": "number between 0 and 1",
     "LeastGap": "number of radii >= 0, a length with its unit, or a mapping, see `gap`",
@@ -62,6 +64,7 @@ KINDS = {
     "Name": "name",
     "NonNegative": "number >= 0",
     "NonNegativeLength": "length >= 0 [m]",
+    "Period": "time > 0 [s]",
     "Periodic": "list of axes, such as [x, y]",
     "Point": "[x, y, z], lengths [m]",
     "PoissonsRatio": "number from 0 to 0.5",
@@ -75,6 +78,7 @@ KINDS = {
     "SolidVolume": "volume > 0 [m3]",
     "Tile": "auto, or a number >= 20 of largest diameters",
     "Tolerance": "number between 0 and 1",
+    "Velocity": "[vx, vy, vz], velocities [m/s]",
     "WholeNumber": "whole number >= 0",
     "str": "text",
 }
@@ -87,6 +91,11 @@ SECTIONS = {
     "SliceSpec": "slice",
     "ContainerSpec": "container",
     "LocationSpec": "location",
+    "WallSpec": "walls[]",
+    "MoveSpec": "move",
+    "RotateSpec": "rotate",
+    "LinearSpec": "linear",
+    "VibrateSpec": "vibrate",
     "ZoneSpec": "zones[]",
     "FractionSpec": "solid_fraction",
     "RatioSpec": "void_ratio",
@@ -217,7 +226,7 @@ def scene_part() -> Iterator[str]:
     for name, path in SECTIONS.items():
         if name == "ParticleSetSpec":
             continue
-        model = getattr(models, name)
+        model = getattr(wall_models if hasattr(wall_models, name) else models, name)
         yield f"### `{path}`\n\n{summary(model)}\n"
         yield keys_of(model)
     for name in registry.BUILTIN:

@@ -26,11 +26,13 @@ class Types:
             since LIGGGHTS refuses a deck in which type 1 is not used.
         by_set: Type of each particle set, shape (S,); 0 for a set without spheres whose material is not used.
         wall: Type of the walls; that of the first spheres where the bed has no wall.
+        by_part: Type of each named part of the walls, shape (P,).
     """
 
     materials: tuple[Material, ...]
     by_set: tuple[int, ...]
     wall: int
+    by_part: tuple[int, ...] = ()
 
 
 def number_types(bed: AnyBed, *, has_wall: bool = True) -> Types:
@@ -43,13 +45,15 @@ def number_types(bed: AnyBed, *, has_wall: bool = True) -> Types:
     used = {each.material for each, count in zip(bed.particle_sets, counts, strict=True) if count}
     if has_wall:
         used.add(bed.wall_material)
+        used |= {each.material for each in bed.container.parts}
     unknown = sorted(used - {each.name for each in bed.materials})
     if unknown:
         raise ExportError(f"materials: {', '.join(unknown)} used, but not declared")
     materials = tuple(each for each in bed.materials if each.name in used)
     number = {each.name: index for index, each in enumerate(materials, start=1)}
     by_set = tuple(number.get(each.material, 0) for each in bed.particle_sets)
-    return Types(materials, by_set, number.get(bed.wall_material, 1))
+    by_part = tuple(number[each.material] for each in bed.container.parts) if has_wall else ()
+    return Types(materials, by_set, number.get(bed.wall_material, 1), by_part)
 
 
 def pair_matrix(values: Sequence[float]) -> list[list[float]]:

@@ -27,15 +27,21 @@ HEAD_ROOM = 0.25  # room above an open rim [container heights]: spheres that a r
 Float64Array = NDArray[np.float64]
 
 
-def simulation_box(bed: AnyBed, *, open_top: bool) -> Float64Array:
+def simulation_box(bed: AnyBed, *, open_top: bool, walls: Float64Array | None = None) -> Float64Array:
     """Return the lower and upper corner of the solver's box [m], shape (2, 3), float64.
 
     It holds the container and all centres with a diameter of the largest sphere to spare, and more than that
     above an open top. Along periodic directions it is the container's box exactly.
+
+    Args:
+        bed: The bed.
+        open_top: Whether the container is open at its top.
+        walls: Lower and upper corner of what walls that move reach [m], shape (2, 3); None: the container's.
     """
     diameter_max = 2 * max(bed.census.radius_max)
-    low = np.minimum(bed.container.bounds[0], bed.census.low) - diameter_max
-    high = np.maximum(bed.container.bounds[1], bed.census.high) + diameter_max
+    bounds = bed.container.bounds if walls is None else walls
+    low = np.minimum(bounds[0], bed.census.low) - diameter_max
+    high = np.maximum(bounds[1], bed.census.high) + diameter_max
     strength = float(np.linalg.norm(bed.gravity))
     if open_top and strength > 0:
         up = -bed.gravity / strength

@@ -23,7 +23,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.bed import AnyBed, Bed, Census, Head, Material, ParticleSet
-from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
+from packgen.geometry import (
+    Ball,
+    Box,
+    Cone,
+    Container,
+    Mesh,
+    Motion,
+    Polyhedron,
+    Rotation,
+    Shape,
+    Surface,
+    Vibration,
+)
 
 # Sizes that keep a factor of ten from those that LIGGGHTS refuses or gets wrong [m].
 MESH_SIZE_MIN = 1.0e-3
@@ -97,7 +109,17 @@ def _container(container: Container, unit: float) -> Container:
         surface=_surface(container.surface, unit),
         bounds=container.bounds / unit,
         volume=container.volume / unit**3,
+        parts=tuple(replace(each, motion=_motion(each.motion, unit)) for each in container.parts),
     )
+
+
+def _motion(motion: Motion | None, unit: float) -> Motion | None:
+    """Return a motion in the unit, in which velocities are what they were."""
+    if isinstance(motion, Rotation):
+        return Rotation(motion.origin / unit, motion.axis, motion.period / unit)
+    if isinstance(motion, Vibration):
+        return Vibration(motion.amplitude / unit, motion.period / unit)
+    return motion
 
 
 def _surface(surface: Surface, unit: float) -> Surface:

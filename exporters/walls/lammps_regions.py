@@ -49,6 +49,37 @@ def wall_regions(container: Container) -> tuple[tuple[str, ...], bool]:
     )
 
 
+def check_parts(container: Container, wall_material: str) -> None:
+    """Refuse walls whose named parts LAMMPS cannot have: its region is one wall, and convex.
+
+    Args:
+        container: The container.
+        wall_material: Name of the material of the walls without a name.
+
+    Raises:
+        ExportError: A part makes the walls not convex, is to be removed, moves, or has a material of its own.
+    """
+    lines = []
+    for each in container.parts:
+        if isinstance(container.shape, Mesh):
+            why, remedy = "walls with it are not convex, and LAMMPS has no walls of triangles", ""
+        elif each.remove or each.motion is not None:
+            key = "remove" if each.remove else "move"
+            why, remedy = (
+                f"LAMMPS has one wall all round, and cannot {key} a part of it",
+                f"leave `{key}` out",
+            )
+        elif each.material != wall_material:
+            why = f"its material is {each.material}, and LAMMPS has one wall all round"
+            remedy = f"give it the material {wall_material}"
+        else:
+            continue
+        advice = f", or {remedy}" if remedy else ""
+        lines.append(f"lammps: wall {each.name}: {why}; export it for liggghts or yade{advice}")
+    if lines:
+        raise ExportError("\n".join(lines))
+
+
 def _cone_region(cone: Cone) -> str:
     along = int(np.abs(cone.axis).argmax())
     if abs(cone.axis[along]) != 1.0:

@@ -13,8 +13,11 @@ import numpy as np
 from packgen.arrays import ExactSum, Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
+from packgen.check.parts import nearest_part_name
 from packgen.check.walls import wall_clearance
 from packgen.part import Part
+
+PART_REACH = 2.0  # radii: how far from a sphere in a wall its part is looked for
 
 __all__ = ["Check", "Checker", "check_bed", "near_pairs", "wall_clearance"]
 
@@ -35,6 +38,7 @@ class Check:
         invalid_count: Number of spheres whose position is not finite, or whose radius is not finite and above
             0.
         tolerance: Largest overlap asked for; None: whatever the optimiser left.
+        worst_wall_part: Name of the part of the walls that is nearest to that sphere; None where it has none.
     """
 
     overlap_max: float
@@ -47,6 +51,7 @@ class Check:
     outside_count: int
     invalid_count: int
     tolerance: float | None
+    worst_wall_part: str | None = None
 
     @property
     def within_tolerance(self) -> bool:
@@ -77,8 +82,9 @@ class Check:
                 f"spheres {first} and {second}, by {self.overlap_max:.3g} of the smaller radius"
             )
         if self.tolerance is not None and self.wall_overlap_max > self.tolerance:
+            part = "" if self.worst_wall_part is None else f" {self.worst_wall_part}"
             lines.append(
-                f"sphere {self.worst_wall_sphere} is in the wall by {self.wall_overlap_max:.3g} of its "
+                f"sphere {self.worst_wall_sphere} is in the wall{part} by {self.wall_overlap_max:.3g} of its "
                 f"radius, tolerance {self.tolerance:.3g}"
             )
         return tuple(lines)
@@ -113,6 +119,7 @@ class Checker:
         self._overlaps = self._excess = self._outside = self._invalid = 0
         self._overlap_max, self._pair = 0.0, (0, 0)
         self._depth_max, self._in_wall = 0.0, 0
+        self._wall_part: str | None = None
 
     def add(self, part: Part, clearance: Float64Array | None = None) -> None:
         """Check a part; parts come in the order of their numbers.
@@ -145,6 +152,8 @@ class Checker:
         worst = int(depth.argmax()) if len(depth) else 0
         if len(depth) and depth[worst] > self._depth_max:
             self._depth_max, self._in_wall = float(depth[worst]), int(number[worst])
+            reach = PART_REACH * float(radius[worst])
+            self._wall_part = nearest_part_name(bed.container, position[worst], reach)
 
     def _note_pairs(self, first: Int64Array, second: Int64Array, overlap: Float64Array) -> None:
         """Count pairs that touch or overlap; of equally deep ones that of the lowest numbers is the worst."""
@@ -175,4 +184,5 @@ class Checker:
             outside_count=self._outside,
             invalid_count=self._invalid,
             tolerance=self._tolerance,
+            worst_wall_part=self._wall_part,
         )

@@ -43,7 +43,7 @@ class MeshWalls:
         centre, size, triangle = pieces(self._corners, 2.0 * limit)
         tree = cKDTree(position, balanced_tree=False, compact_nodes=False)
         for point, face in candidates(tree, centre, size + limit * (1.0 + 1e-9), triangle):
-            np.minimum.at(distance, point, _point_triangle_distance(position[point], self._corners[face]))
+            np.minimum.at(distance, point, point_triangle_distance(position[point], self._corners[face]))
         return distance
 
     def distance_least(self, position: Float64Array, error: float) -> Float64Array:
@@ -100,7 +100,7 @@ def _is_closed(edges: Int64Array, count: int) -> bool:
     return np.array_equal(along, back)
 
 
-def _point_triangle_distance(point: Float64Array, corners: Float64Array) -> Float64Array:
+def point_triangle_distance(point: Float64Array, corners: Float64Array) -> Float64Array:
     """Return the distance of each point (K, 3) to its triangle (K, 3, 3), shape (K,)."""
     best = np.full(len(point), np.inf)
     inside = np.ones(len(point), dtype=bool)

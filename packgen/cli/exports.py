@@ -96,7 +96,7 @@ def outlook_of(scene: Scene, container: Container) -> Outlook:
     ]
     names = {each.material for each in used}
     if not all(container.periodic):
-        names.add(scene.wall_material)
+        names |= {scene.wall_material, *(each.material for each in container.parts)}
     bounds = [each.distribution.radius_bounds for each in used]
     return Outlook(
         container=container,
@@ -108,6 +108,7 @@ def outlook_of(scene: Scene, container: Container) -> Outlook:
         radius_min=min(low for low, _ in bounds),
         radius_max=max(high for _, high in bounds),
         place=scene.marked.place,
+        wall_material=scene.wall_material,
     )
 
 
@@ -123,7 +124,7 @@ def outlook_of_bed(bed: AnyBed, place: Place) -> Outlook:
     counts = bed.census.counts
     used = {each.material for each, count in zip(bed.particle_sets, counts, strict=True) if count}
     if not all(bed.container.periodic):
-        used.add(bed.wall_material)
+        used |= {bed.wall_material, *(each.material for each in bed.container.parts)}
     return Outlook(
         container=bed.container,
         gravity=bed.gravity,
@@ -132,6 +133,7 @@ def outlook_of_bed(bed: AnyBed, place: Place) -> Outlook:
         radius_min=min(bed.census.radius_min),
         radius_max=max(bed.census.radius_max),
         place=place,
+        wall_material=bed.wall_material,
     )
 
 

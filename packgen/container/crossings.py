@@ -42,7 +42,7 @@ def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
 
     depth, crossing = [0] * len(shells), []
     for index, shell in enumerate(shells):
-        points = _spread_points(shell.walls)
+        points = spread_points(shell.walls)
         for larger in shells[:index]:
             low, high = larger.closed.vertices.min(axis=0), larger.closed.vertices.max(axis=0)
             near = ((points > low) & (points < high)).all(axis=1)
@@ -57,7 +57,7 @@ def _depths(shells: list[_Shell]) -> tuple[list[int], list[int]]:
     return depth, crossing
 
 
-def _spread_points(surface: Surface) -> Float64Array:
+def spread_points(surface: Surface) -> Float64Array:
     """Return `SAMPLES` points of a surface [m], (N, 3), spread evenly by area."""
     corners = surface.vertices[surface.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)

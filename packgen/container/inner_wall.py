@@ -8,7 +8,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.container.primitives import cone_surface
-from packgen.container.shells import _flipped, _stacked
+from packgen.container.shells import flipped, stacked
 from packgen.container.topology import Rim, boundary_edges, capped
 from packgen.geometry import Ball, Cone, Container, Mesh, Surface
 
@@ -33,17 +33,17 @@ def with_inner_wall(container: Container, inner: Container) -> tuple[Container, 
     )
     outer = container.shape.surface if isinstance(container.shape, Mesh) else _lidded(walls)
     body = inner.shape.surface if isinstance(inner.shape, Mesh) else inner.surface
-    share = _share_within(body, outer)
+    share = share_within(body, outer)
     if share == 0.0:
         return container, f"walls: {container.name}; {inner.name} is beside it"
-    closed = _stacked([outer, _flipped(body)])
+    closed = stacked([outer, flipped(body)])
     # Solvers lose facets outside of their box: it has to hold what reaches out of the container.
     bounds = np.stack(
         [np.minimum(container.bounds[0], inner.bounds[0]), np.maximum(container.bounds[1], inner.bounds[1])]
     )
     carved = Container(
-        f"{container.name} without {inner.name}", Mesh(closed), _stacked([walls, _flipped(inner.surface)]),
-        bounds, container.volume - share * inner.volume,
+        f"{container.name} without {inner.name}", Mesh(closed), stacked([walls, flipped(inner.surface)]),
+        bounds, container.volume - share * inner.volume, parts=container.parts,
     )  # fmt: skip
     told = f"walls: {container.name}, and {inner.name} as an inner wall"
     if share < 1.0:
@@ -59,7 +59,7 @@ def _lidded(walls: Surface) -> Surface:
     return capped(walls, Rim(edges, 0.0, level=True)) if len(edges) else walls
 
 
-def _share_within(body: Surface, outer: Surface) -> float:
+def share_within(body: Surface, outer: Surface) -> float:
     """Return how much of a body's volume is inside a closed surface: 0 and 1 where none and all of it is."""
     from packgen.check.inside import inside
 

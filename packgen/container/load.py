@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.container.convex import convex_hull, is_convex
+from packgen.container.convex import Hull, convex_hull, is_convex
 from packgen.container.meshfile import read_surface
 from packgen.container.openings import why_no_vessel
 from packgen.container.primitives import ball_surface, box_surface, cone_surface
@@ -29,6 +29,7 @@ from packgen.geometry import (
     Shape,
     Slice,
     Surface,
+    WallPart,
     floor_direction,
 )
 
@@ -50,7 +51,12 @@ def load_container(scene: Scene, warn: Callable[[str], None] = lambda _: None) -
     Raises:
         GeometryError: The mesh cannot be read or bounds no volume.
     """
-    return container_of(scene.container, np.asarray(scene.gravity_direction), scene.mark, warn)
+    down = np.asarray(scene.gravity_direction)
+    if scene.walls:
+        from packgen.container.parts import container_with_parts
+
+        return container_with_parts(scene.container, scene.walls, down, scene.mark, warn)
+    return container_of(scene.container, down, scene.mark, warn)
 
 
 def container_of(
@@ -70,11 +76,31 @@ def container_of(
     Raises:
         GeometryError: The mesh cannot be read or bounds no volume.
     """
-    place = mark("container")
     if spec.primitive is not None:
-        shape, surface, volume = _primitive(spec.primitive)
+        bounded = primitive_shape(spec.primitive)
     else:
-        shape, surface, volume = _mesh(spec, -gravity_direction, mark("container.path"), warn)
+        bounded = _mesh(spec, -gravity_direction, mark("container.path"), warn)
+    return bounded_by(spec, bounded, mark("container"))
+
+
+def bounded_by(
+    spec: ContainerSpec,
+    bounded: tuple[Shape, Surface, float],
+    place: str,
+    parts: tuple[WallPart, ...] = (),
+) -> Container:
+    """Return the container of a specification.
+
+    Args:
+        spec: The specification.
+        bounded: Its shape, its walls as triangles, and the volume that they enclose [m3].
+        place: Where the specification stands, for messages.
+        parts: The parts of the walls that have names.
+
+    Raises:
+        GeometryError: It encloses no volume.
+    """
+    shape, surface, volume = bounded
     corners = surface.vertices
     bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
     if isinstance(shape, Cone | Ball):
@@ -88,7 +114,7 @@ def container_of(
         if spec.path is not None
         else type(spec.primitive).__name__.removesuffix("Spec").lower()
     )
-    return Container(name, shape, surface, bounds, volume, spec.periodic)
+    return Container(name, shape, surface, bounds, volume, spec.periodic, parts=parts)
 
 
 def mesh_container(
@@ -165,12 +191,13 @@ def load_location(
         along = abs(float(axis @ (gravity if down is None else down)))
         return Slice(axis, spec.slice.min_bound, spec.slice.max_bound, centers_only=along > 0.999999)
     if spec.primitive is not None:
-        return _primitive(spec.primitive)[0]
+        return primitive_shape(spec.primitive)[0]
     up = -np.asarray(scene.gravity_direction)
     return _mesh(spec, up, scene.mark(f"{place}.path"), warn)[0]
 
 
-def _primitive(spec: PrimitiveSpec) -> tuple[Shape, Surface, float]:
+def primitive_shape(spec: PrimitiveSpec) -> tuple[Shape, Surface, float]:
+    """Return a primitive's shape, its walls as triangles, and its volume [m3]."""
     from packgen.scene.models import BoxSpec, CylinderSpec, SphereSpec
 
     if isinstance(spec, BoxSpec):
@@ -199,14 +226,15 @@ def _mesh(
     if spec.shape == "convex_hull":
         shape = hull.shape()
         return shape, shape.surface, hull.volume
-    vessel = _vessel(stitched(surface), up, place, spec.path.name)
-    if vessel.turned:
-        warn(f"{spec.path.name}: {vessel.turned} facets turned to agree with their neighbours")
-    for sentence in vessel.notes:
-        warn(f"{spec.path.name}: {sentence}")
+    vessel = told_vessel(stitched(surface), up, f"{place}: {spec.path.name}", spec.path.name, warn)
     steel = steel_remark(vessel.closed, vessel.volume, hull.volume, up)
     if steel is not None:
         warn(f"{spec.path.name}: {steel}")
+    return vessel_shape(vessel, hull)
+
+
+def vessel_shape(vessel: Vessel, hull: Hull) -> tuple[Shape, Surface, float]:
+    """Return a vessel's shape, by its planes where it is convex, its walls and its volume [m3]."""
     simple = vessel.shells == 1 and vessel.sheets == 0
     if simple and is_convex(vessel.closed, hull.volume, vessel.volume):
         shape = hull.shape()
@@ -215,11 +243,29 @@ def _mesh(
     return Mesh(vessel.closed), vessel.walls, vessel.volume
 
 
-def _vessel(surface: Surface, up: Float64Array, place: str, name: str) -> Vessel:
+def told_vessel(
+    surface: Surface, up: Float64Array, place: str, name: str, warn: Callable[[str], None]
+) -> Vessel:
+    """Return what the pieces of a mesh are; ``warn`` is told what may not be what was meant.
+
+    Args:
+        surface: The mesh.
+        up: Unit vector against gravity, shape (3,).
+        place: Where it is named, and its name, for errors.
+        name: Its name, for warnings.
+        warn: Called with a sentence for each thing.
+
+    Raises:
+        GeometryError: It bounds no volume.
+    """
     try:
         vessel = sorted_vessel(surface, up)
     except GeometryError as error:
-        raise GeometryError(f"{place}: {name}: {error}") from error
+        raise GeometryError(f"{place}: {error}") from error
     if vessel is None:
-        raise GeometryError(f"{place}: {name} {why_no_vessel(surface, up)}")
+        raise GeometryError(f"{place} {why_no_vessel(surface, up)}")
+    if vessel.turned:
+        warn(f"{name}: {vessel.turned} facets turned to agree with their neighbours")
+    for sentence in vessel.notes:
+        warn(f"{name}: {sentence}")
     return vessel

@@ -89,18 +89,18 @@ def sorted_vessel(surface: Surface, up: Float64Array) -> Vessel | None:
     for shell, level in zip(shells, depth, strict=True):
         outward = level % 2 == 0
         flip = (shell.volume > 0.0) != outward
-        walls.append(_flipped(shell.walls) if flip else shell.walls)
-        closed.append(_flipped(shell.closed) if flip else shell.closed)
+        walls.append(flipped(shell.walls) if flip else shell.walls)
+        closed.append(flipped(shell.closed) if flip else shell.closed)
         volume += abs(shell.volume) if outward else -abs(shell.volume)
-    both_sides = [each for sheet in sheets for each in (sheet, _flipped(sheet))]
-    whole = _stacked([*closed, *both_sides])
+    both_sides = [each for sheet in sheets for each in (sheet, flipped(sheet))]
+    whole = stacked([*closed, *both_sides])
     notes = _notes(shells, depth, crossing)
     if not crossing:
         notes += _self_crossings(whole)
     if crossing or (notes and len(shells) == 1):
         volume = _volume_by_points(whole)
     return Vessel(
-        _stacked([*walls, *sheets]), whole, volume,
+        stacked([*walls, *sheets]), whole, volume,
         sum(shell.turned for shell in shells), len(shells), len(sheets), tuple(notes),
     )  # fmt: skip
 
@@ -109,18 +109,18 @@ def _pieces(surface: Surface, up: Float64Array) -> tuple[list[_Shell], list[Surf
     """Return the shells and sheets of a mesh, not yet told apart by what lies within what."""
     shells: list[_Shell] = []
     sheets: list[Surface] = []
-    for body in _bodies(surface, manifold=False):
+    for body in bodies(surface, manifold=False):
         rest = body
         while len(rest.faces):
             hanging = _hanging(rest, up)
             if not hanging.any():
                 break
             loose = Surface(rest.vertices, rest.faces[hanging])
-            sheets += _bodies(loose, manifold=False)
+            sheets += bodies(loose, manifold=False)
             rest = Surface(rest.vertices, rest.faces[~hanging])
-        parts = _bodies(rest, manifold=bool(_branches(rest).any())) if len(rest.faces) else []
+        parts = bodies(rest, manifold=bool(_branches(rest).any())) if len(rest.faces) else []
         for part in parts:
-            shell = _shell(part, up)
+            shell = shell_of(part, up)
             if shell is None:
                 sheets.append(part)
             else:
@@ -128,7 +128,7 @@ def _pieces(surface: Surface, up: Float64Array) -> tuple[list[_Shell], list[Surf
     return shells, sheets
 
 
-def _shell(part: Surface, up: Float64Array) -> _Shell | None:
+def shell_of(part: Surface, up: Float64Array) -> _Shell | None:
     """Return a piece as a shell with its lid; None where it is open, or encloses nothing."""
     rim = find_rim(part, up)
     if (rim is not None and not rim.level) or _branches(part).any():
@@ -153,7 +153,7 @@ def _edges(surface: Surface) -> tuple[Int64Array, Int64Array]:
     return number.reshape(-1, 3), count
 
 
-def _bodies(surface: Surface, *, manifold: bool) -> list[Surface]:
+def bodies(surface: Surface, *, manifold: bool = False) -> list[Surface]:
     """Return the parts of a surface that hang together by edges; ``manifold``: by edges of two faces only."""
     number, count = _edges(surface)
     face = np.repeat(np.arange(len(number)), 3)
@@ -207,11 +207,12 @@ def _compact(vertices: Float64Array, faces: Int64Array) -> Surface:
     return Surface(vertices[used], compact.reshape(-1, 3))
 
 
-def _flipped(surface: Surface) -> Surface:
+def flipped(surface: Surface) -> Surface:
+    """Return a surface seen from its other side."""
     return Surface(surface.vertices, surface.faces[:, ::-1])
 
 
-def _stacked(surfaces: list[Surface]) -> Surface:
+def stacked(surfaces: list[Surface]) -> Surface:
     """Return several surfaces as one; corners at the same place become one again."""
     if len(surfaces) == 1:
         return surfaces[0]

@@ -10,6 +10,8 @@ from packgen.container.topology import boundary_edges
 from packgen.geometry import Surface
 
 STITCHES_MAX = 20
+SLACK = 1.0e-6
+"""Distance of corners that are one, and of a corner on an edge from it, as a fraction of the extent."""
 
 
 def stitched(surface: Surface) -> Surface:
@@ -17,20 +19,30 @@ def stitched(surface: Surface) -> Surface:
 
     Nothing moves: the surface as a set of points stays what it is, only cracks without width close.
     """
+    return stitched_from(surface)[0]
+
+
+def stitched_from(surface: Surface) -> tuple[Surface, Int64Array]:
+    """Return what `stitched` does, and the given facet that each facet is a part of, shape (F,)."""
     extent = float(np.ptp(surface.vertices, axis=0).max())
+    source = np.arange(len(surface.faces))
     for _ in range(STITCHES_MAX):
         edges = boundary_edges(surface)
         if len(edges) == 0:
-            return surface
-        divided = _divided(surface, edges, 1e-6 * extent)
+            break
+        divided = _divided(surface, edges, SLACK * extent)
         if divided is None:
-            return surface
-        surface = divided
-    return surface
+            break
+        surface, pieces = divided
+        source = np.repeat(source, pieces)
+    return surface, source
 
 
-def _divided(surface: Surface, edges: Int64Array, slack: float) -> Surface | None:
-    """Return the surface with each open edge divided at one corner that lies on it; None where none does."""
+def _divided(surface: Surface, edges: Int64Array, slack: float) -> tuple[Surface, Int64Array] | None:
+    """Return the surface with each open edge divided at one corner that lies on it; None where none does.
+
+    Beside it the number of facets that each facet has become, in their order, shape (F,).
+    """
     vertices = surface.vertices
     rim = np.unique(edges)
     tree = cKDTree(vertices[rim])
@@ -51,12 +63,14 @@ def _divided(surface: Surface, edges: Int64Array, slack: float) -> Surface | Non
     if not split:
         return None
     faces: list[list[int]] = []
-    for face in surface.faces.tolist():
+    pieces = np.ones(len(surface.faces), np.int64)
+    for index, face in enumerate(surface.faces.tolist()):
         for k in range(3):
             a, b, c = face[k], face[(k + 1) % 3], face[(k + 2) % 3]
             if (a, b) in split:
                 faces += [[a, split[a, b], c], [split[a, b], b, c]]
+                pieces[index] = 2
                 break
         else:
             faces.append(face)
-    return Surface(vertices, np.array(faces, np.int64))
+    return Surface(vertices, np.array(faces, np.int64)), pieces

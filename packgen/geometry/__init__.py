@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from packgen.geometry.parts import Motion, Rotation, Translation, Vibration, WallPart
 from packgen.geometry.shapes import (
     Ball,
     Box,
@@ -16,5 +17,6 @@ from packgen.geometry.shapes import (
 )
 
 __all__ = [
-    "Ball", "Box", "Cone", "Container", "Mesh", "Polyhedron", "Shape", "Slice", "Surface", "floor_direction",
+    "Ball", "Box", "Cone", "Container", "Mesh", "Motion", "Polyhedron", "Rotation", "Shape", "Slice",
+    "Surface", "Translation", "Vibration", "WallPart", "floor_direction",
 ]  # fmt: skip

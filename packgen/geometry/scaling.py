@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from packgen.arrays import Float64Array
+from packgen.geometry.parts import Rotation, WallPart
 from packgen.geometry.shapes import Ball, Box, Cone, Container, Mesh, Polyhedron, Shape, Surface
 from packgen.portable import components
 
@@ -33,7 +34,16 @@ def scaled_container(container: Container, factor: float) -> Container:
         surface=_scaled_surface(container.surface, still, factor),
         bounds=still + (container.bounds - still) * factor,
         volume=container.volume * factor * factor * factor,
+        parts=tuple(_moved(each, still, factor) for each in container.parts),
     )
+
+
+def _moved(part: WallPart, still: Float64Array, factor: float) -> WallPart:
+    """Return a part that turns about an axis moved with it; how fast and how far parts move stays."""
+    turn = part.motion
+    if not isinstance(turn, Rotation):
+        return part
+    return replace(part, motion=replace(turn, origin=still + (turn.origin - still) * factor))
 
 
 def _scaled(shape: Shape, still: Float64Array, factor: float) -> Shape:

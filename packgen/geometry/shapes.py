@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array, read_only
+from packgen.geometry.parts import WallPart
 from packgen.portable import length
 
 FLOOR_SHARE_MIN = 1.0e-9
@@ -141,6 +142,7 @@ class Container:
         periodic: Whether the box wraps around along x, y, z.
         walls_known: Whether these are the walls of the vessel. Nobody may know those of a bed from elsewhere:
             the box around its spheres stands for them.
+        parts: The parts of ``surface`` that have names; what is left of it has none.
     """
 
     name: str
@@ -150,6 +152,7 @@ class Container:
     volume: float
     periodic: tuple[bool, bool, bool] = (False, False, False)
     walls_known: bool = True
+    parts: tuple[WallPart, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", read_only(self.bounds, np.float64, (2, 3), "bounds"))
@@ -162,6 +165,14 @@ class Container:
             for length, wraps in zip(self.bounds[1] - self.bounds[0], self.periodic, strict=True)
         )
         return x, y, z
+
+    @property
+    def part_index(self) -> Int64Array:
+        """Index into ``parts`` of each triangle of the surface, -1 of those without a name, shape (F,)."""
+        index = np.full(len(self.surface.faces), -1, np.int64)
+        for number, part in enumerate(self.parts):
+            index[part.faces] = number
+        return index
 
 
 def floor_direction(gravity: Float64Array, periodic: tuple[bool, bool, bool]) -> Float64Array | None:

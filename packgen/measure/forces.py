@@ -16,6 +16,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check import near_pairs, wall_clearance
+from packgen.check.parts import nearest_part
 from packgen.geometry import Box, Cone
 from packgen.measure import hertz as law
 from packgen.part import Part
@@ -97,7 +98,8 @@ class ForceCounter:
         if all(bed.container.periodic) or part.own == 0:
             return
         depth = np.where(np.isfinite(clearance), radius - clearance, 0.0)
-        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index[own]), radius, depth)
+        wall = nearest_part(bed.container, bed.position[own], radius) if bed.container.parts else None
+        wall_force = law.hertz_force(law.wall_modulus(bed, bed.type_index[own], wall), radius, depth)
         worst = int(wall_force.argmax())
         self._walls += int(np.count_nonzero(wall_force))
         if wall_force[worst] > self._wall_force:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int32Array
+from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bed import Bed, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s2; for the weights in a bed without gravity
@@ -50,11 +50,28 @@ def modulus_table(bed: Bed) -> Float64Array:
     return np.array([[effective_modulus(a, b) for b in bed.materials] for a in bed.materials])
 
 
-def wall_modulus(bed: Bed, type_index: Int32Array) -> Float64Array:
-    """Return the effective modulus [Pa] of each sphere at the wall, shape (N,)."""
-    wall = [each.name for each in bed.materials].index(bed.wall_material)
-    modulus: Float64Array = modulus_table(bed)[type_index, wall]
+def wall_modulus(bed: Bed, type_index: Int32Array, part: Int64Array | None = None) -> Float64Array:
+    """Return the effective modulus [Pa] of spheres at the wall, shape (N,).
+
+    Args:
+        bed: The bed.
+        type_index: Index into the materials of each sphere, shape (N,), int32.
+        part: The named part of the walls that each is at, -1 for those without a name, shape (N,), int64;
+            None: no part has a material of its own.
+    """
+    modulus: Float64Array = modulus_table(bed)[type_index, wall_type(bed, len(type_index), part)]
     return modulus
+
+
+def wall_type(bed: Bed, count: int, part: Int64Array | None = None) -> Int64Array:
+    """Return the index into the bed's materials of the wall at each of ``count`` spheres, shape (N,)."""
+    names = [each.name for each in bed.materials]
+    wall = names.index(bed.wall_material)
+    if part is None:
+        return np.full(count, wall, np.int64)
+    # Index -1, walls without a name, is the last one.
+    types = np.array([*(names.index(each.material) for each in bed.container.parts), wall], np.int64)
+    return np.asarray(types[part])
 
 
 def gravity_strength(bed: Bed) -> float:

@@ -9,8 +9,9 @@ import numpy as np
 from packgen.arrays import BoolArray, Float64Array, Int64Array, unique_rows
 from packgen.bed import Bed, pair_coefficient
 from packgen.check import near_pairs
+from packgen.check.parts import nearest_part
 from packgen.check.wall_contacts import wall_contacts
-from packgen.measure.hertz import sphere_mass
+from packgen.measure.hertz import sphere_mass, wall_type
 from packgen.programmes.forces import FIXED, Structure
 
 
@@ -28,10 +29,12 @@ def structure_of(bed: Bed, gap: float, chosen: BoolArray | None = None) -> Struc
     index, part = _neighbourhood(bed, gap, chosen)
     position, radius = bed.position[index], bed.radius[index]
     first, second, normal = pair_contacts(position, radius, bed.container.period, gap)
-    at_wall, to_wall, _ = wall_contacts(bed.container, position, radius, gap)
+    at_wall, to_wall, away = wall_contacts(bed.container, position, radius, gap)
     types = bed.type_index[index]
     table = friction_table(bed)
-    wall = [each.name for each in bed.materials].index(bed.wall_material)
+    foot = position[at_wall] + away[:, None] * to_wall
+    of_wall = nearest_part(bed.container, foot, radius[at_wall]) if bed.container.parts else None
+    wall = wall_type(bed, len(at_wall), of_wall)
     friction = np.concatenate([table[types[first], types[second]], table[types[at_wall], wall]])
     first, normal = np.concatenate([first, at_wall]), np.concatenate([normal, to_wall])
     second = np.concatenate([second, np.full(len(at_wall), FIXED)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from packgen.geometry.scaling import scaled_container
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
+    from packgen.scene.walls import WallSpec
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,7 +81,7 @@ def known_by_provenance(provenance: Mapping[str, Any], *, meshes: bool = False) 
 
 def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any], *, meshes: bool) -> Known:
     direction = np.asarray(settings["gravity_direction"], np.float64)
-    container = _vessel(settings["container"], direction, meshes=meshes)
+    container = _vessel(settings["container"], settings.get("walls", ()), direction, meshes=meshes)
     if container is not None:  # a jammed bed has given its vessel the size that it needs
         container = scaled_container(container, float(provenance.get("jamming", {}).get("factor", 1.0)))
     return Known(
@@ -98,9 +99,11 @@ def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any
     )
 
 
-def _vessel(settings: Mapping[str, Any], direction: Float64Array, *, meshes: bool) -> Container | None:
+def _vessel(
+    settings: Mapping[str, Any], walls: Sequence[Mapping[str, Any]], direction: Float64Array, *, meshes: bool
+) -> Container | None:
     mesh = settings.get("path") is not None
-    if mesh and not meshes:
+    if (mesh or walls) and not meshes:
         return None
     from packgen.container.load import container_of
     from packgen.scene.models import ContainerSpec
@@ -111,4 +114,16 @@ def _vessel(settings: Mapping[str, Any], direction: Float64Array, *, meshes: boo
         {name: value for name, value in settings.items() if name not in other}
         | ({"periodic": letters} if letters else {})
     )
+    if walls:
+        from packgen.container.parts import container_with_parts
+
+        parts = [_part(each) for each in walls]
+        return container_with_parts(spec, parts, direction, lambda path: path, lambda _: None)
     return container_of(spec, direction, lambda path: path)
+
+
+def _part(settings: Mapping[str, Any]) -> WallSpec:
+    from packgen.scene.walls import WallSpec
+
+    other = {"units"} if settings.get("path") is None else set()
+    return WallSpec.model_validate({name: value for name, value in settings.items() if name not in other})

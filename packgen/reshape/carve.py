@@ -215,7 +215,8 @@ def _provenance(bed: Bed, cut: Cut, *, changed: bool) -> dict[str, Any]:
     }  # fmt: skip
     settings = told.get("settings")
     if changed and isinstance(settings, Mapping) and "container" in settings:
-        told["settings"] = {**settings, "container": {"path": "walls.stl", "units": "m"}}
+        kept = {name: value for name, value in settings.items() if name != "walls"}
+        told["settings"] = {**kept, "container": {"path": "walls.stl", "units": "m"}}
     if changed:
         told.pop("walls", None)
     return told

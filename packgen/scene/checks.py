@@ -24,7 +24,7 @@ __all__ = ["across", "fill_proportions", "of_amounts"]
 def across(data: dict[str, Any]) -> list[Fault]:
     """Return the faults of references and counts between the sections of a document."""
     sets = _list(data.get("particle_sets"))
-    faults = [*_materials(data), *_names(sets)]
+    faults = [*_materials(data), *_names(sets), *_walls(data)]
     count = len(sets)
     faults += _densities(data)
     for index, zone in enumerate(_list(data.get("zones"))):
@@ -71,6 +71,11 @@ def _materials(data: dict[str, Any]) -> list[Fault]:
         if isinstance(each, dict)
     ]
     used.append((("wall_material",), data.get("wall_material")))
+    used += [
+        (("walls", index, "material"), each.get("material"))
+        for index, each in enumerate(_list(data.get("walls")))
+        if isinstance(each, dict)
+    ]
     expected = f"one of the materials: {', '.join(declared)}"
     return [
         Fault(place, name, expected) for place, name in used if isinstance(name, str) and name not in declared
@@ -90,6 +95,30 @@ def _names(sets: list[Any]) -> list[Fault]:
         for index, name in enumerate(texts)
         if name and first[name] < index
     ]
+
+
+def _walls(data: dict[str, Any]) -> list[Fault]:
+    """Return the names that two walls share, and the containers beside which no walls can be."""
+    walls = [each if isinstance(each, dict) else {} for each in _list(data.get("walls"))]
+    container = data.get("container")
+    container = container if isinstance(container, dict) else {}
+    faults: list[Fault] = []
+    if walls and container.get("periodic"):
+        expected = "a container that does not wrap around beside `walls`; leave one of both out"
+        faults.append(Fault(("container", "periodic"), container["periodic"], expected))
+    if walls and container.get("shape") == "convex_hull":
+        expected = "mesh: a hull has no place for `walls`; leave one of both out"
+        faults.append(Fault(("container", "shape"), "convex_hull", expected))
+    seen: set[str] = set()
+    for index, each in enumerate(walls):
+        name = each.get("name")
+        if isinstance(name, str) and name in seen:
+            faults.append(Fault(("walls", index, "name"), name, "a name that no other wall has"))
+        if each.get("path") is None and container.get("path") is None and container:
+            expected = "this key and a mesh file: only a container with a `path` has solids by name"
+            faults.append(Fault(("walls", index, "path"), Said("nothing"), expected, at_key=True))
+        seen.add(name if isinstance(name, str) else "")
+    return faults
 
 
 def fill_proportions(document: SceneFile) -> tuple[ZoneSpec, ...]:

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model,
 from packgen.arrange.registry import DEFAULT
 from packgen.scene.models import ContainerSpec, MaterialSpec, ValidationSpec, ZoneSpec
 from packgen.scene.sets import ParticleSetSpec
+from packgen.scene.walls import WallSpec
 from packgen.values import Acceleration, Direction, Flag, Keys, Name, Seed, Tolerance, Unit3
 
 __all__ = ["FreeParams", "SceneFile", "scene_file"]
@@ -38,6 +39,7 @@ class SceneFile(Keys):
         materials: Materials for the solver decks, by name.
         allow_soft: ``allow_soft`` of every material.
         wall_material: Name of the walls' material; None: that of the first set.
+        walls: Named parts of the walls, beside the container; decks have a wall for each.
         zones: What to fill, in this order; left out: the whole container until it is full.
         validation: Limits of a solver's verdict.
     """
@@ -52,6 +54,7 @@ class SceneFile(Keys):
     materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
     allow_soft: Flag = False
     wall_material: Name | None = None
+    walls: tuple[WallSpec, ...] = ()
     zones: Annotated[tuple[ZoneSpec, ...], AfterValidator(_not_empty)] = (ZoneSpec(),)
     validation: ValidationSpec = ValidationSpec()
 

@@ -23,6 +23,7 @@ from packgen.scene.document import FreeParams, SceneFile, scene_file
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
 from packgen.scene.models import ContainerSpec, MaterialSpec, ValidationSpec, ZoneSpec
 from packgen.scene.sets import SetKeys
+from packgen.scene.walls import WallSpec
 from packgen.scene.yamlmarks import MarkedData, path_location, read_yaml
 from packgen.values import Unit3
 
@@ -54,6 +55,7 @@ class Scene:
         materials: Declared and used materials, defaults filled in.
         soft_materials: Names of the materials whose spheres may be squeezed out of shape.
         wall_material: Name of the walls' material.
+        walls: Named parts of the walls, materials filled in.
         zones: The zones in the order of filling, proportions filled in.
         validation: Limits of a solver's verdict.
     """
@@ -70,6 +72,7 @@ class Scene:
     materials: tuple[Material, ...]
     soft_materials: frozenset[str]
     wall_material: str
+    walls: tuple[WallSpec, ...]
     zones: tuple[ZoneSpec, ...]
     validation: ValidationSpec
     marked: MarkedData = field(repr=False, compare=False)
@@ -85,6 +88,7 @@ class Scene:
     def model_dump(self, *, mode: str = "json") -> dict[str, Any]:
         """Return everything that shaped the bed, defaults filled in, as plain data; mode as in pydantic."""
         own = isinstance(self.params, BaseModel)
+        walls = [each.model_dump(mode=mode, exclude_none=True) for each in self.walls]
         return {
             "container": self.container.model_dump(mode=mode, exclude_none=True),
             "gravity_direction": list(self.gravity_direction),
@@ -95,6 +99,7 @@ class Scene:
             "particle_sets": [each.model_dump(mode=mode, exclude_none=True) for each in self.particle_sets],
             "materials": [asdict(each) for each in self.materials],
             "wall_material": self.wall_material,
+            **({"walls": walls} if walls else {}),
             "zones": [each.model_dump(mode=mode, exclude_none=True) for each in self.zones],
             "validation": self.validation.model_dump(mode=mode),
         }
@@ -187,7 +192,8 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
     )
     set_materials = [each.material for each in sets]
     wall = document.wall_material or set_materials[0]
-    names = dict.fromkeys([*declared, *set_materials, wall])
+    walls = tuple(each.model_copy(update={"material": each.material or wall}) for each in document.walls)
+    names = dict.fromkeys([*declared, *set_materials, wall, *(each.material or wall for each in walls)])
     return Scene(
         path=path,
         container=document.container,
@@ -203,6 +209,7 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
             name for name in names if document.allow_soft or (name in declared and declared[name].allow_soft)
         ),
         wall_material=wall,
+        walls=walls,
         zones=zones,
         validation=document.validation,
         marked=marked,
@@ -218,7 +225,7 @@ def _hidden_faults(
         if len(fault.location) > 2:
             faulty.setdefault(fault.location[:2], set()).add(fault.location[2])
     cleaned = dict(data)
-    for name in ("particle_sets", "zones"):
+    for name in ("particle_sets", "zones", "walls"):
         if isinstance(data.get(name), list):
             cleaned[name] = [
                 _without(each, faulty.get((name, i), set())) for i, each in enumerate(data[name])

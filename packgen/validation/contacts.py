@@ -24,12 +24,15 @@ class Contacts:
         second: Index of the other sphere, shape (C,), int64; None: contacts with walls.
         force: Size of the force [N], shape (C,), float64.
         overlap: Overlap [m], shape (C,), float64.
+        part: The named part of the walls, -1 for those without a name, shape (C,), int64; None: walls have no
+            parts.
     """
 
     first: Int64Array
     second: Int64Array | None
     force: Float64Array
     overlap: Float64Array
+    part: Int64Array | None = None
 
 
 def law_error(difference: Float64Array, expected: Float64Array, weight: float) -> float:
@@ -72,7 +75,7 @@ def listed_error(bed: Bed, walls: Contacts, *, radius_factor: float | Float64Arr
         radius_factor: The solver's effective radius of a sphere at a wall, as a fraction of its radius; a
             number, or one a contact (C,).
     """
-    moduli = law.wall_modulus(bed, bed.type_index)[walls.first]
+    moduli = law.wall_modulus(bed, bed.type_index[walls.first], walls.part)
     expected = law.hertz_force(moduli, radius_factor * bed.radius[walls.first], walls.overlap)
     return law_error(walls.force - expected, expected, law.mean_weight(bed))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -39,7 +40,12 @@ def _read_contacts(bed: Bed, folder: Path, contact_force: Float64Array, unit: fl
     rows = _in_si(read_dump(folder / "packgen_pairs.dump", 7), unit)
     pairs = _contacts(rows, 0, 1)
     if (folder / "packgen_walls.dump").exists():
-        walls = _contacts(_in_si(read_dump(folder / "packgen_walls.dump", 7), unit), 2, None)
+        listed = _in_si(read_dump(folder / "packgen_walls.dump", 7), unit)
+        walls = _contacts(listed, 2, None)
+        if bed.container.parts:
+            # Meshes are numbered in the order of the deck: first the walls without a name, if there are any.
+            first = int((bed.container.part_index < 0).any())
+            walls = replace(walls, part=listed[:, 0].astype(np.int64) - first)
         return pairs, walls, listed_error(bed, walls)
     wall_force = contact_force.copy()
     for column, sign in ((0, 1.0), (1, -1.0)):

@@ -15,6 +15,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.bed import Bed
+from packgen.check.parts import NO_PART
 from packgen.errors import SolverError
 from packgen.validation.contacts import Contacts, listed_error
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
@@ -48,7 +49,8 @@ for each in O.interactions:
     if each.isReal:
         ids.append((each.id1, each.id2))
         plane = any(isinstance(O.bodies[body].shape, Wall) for body in ids[-1])
-        values.append((each.phys.normalForce.norm(), each.geom.penetrationDepth, plane))
+        material = O.bodies[max(ids[-1])].material.id
+        values.append((each.phys.normalForce.norm(), each.geom.penetrationDepth, plane, material))
 spheres = [O.bodies[index] for index in range(count)]
 start = [tuple(each.state.pos) for each in spheres]
 radius = [each.shape.radius for each in spheres]
@@ -67,7 +69,7 @@ while done < steps and calm * every * O.dt < {calm_time!r}:
     print("packgen step", done, "of", steps, flush=True)
 end = [tuple(each.state.pos) for each in spheres]
 np.savez("{results}", ids=np.array(ids, dtype=int).reshape(-1, 2),
-         values=np.array(values, dtype=float).reshape(-1, 3), start=start, radius=radius,
+         values=np.array(values, dtype=float).reshape(-1, 4), start=start, radius=radius,
          end=end, energy=energy, timestep=O.dt, steps=done,
          still=calm * every * O.dt >= {calm_time!r})
 """
@@ -154,7 +156,12 @@ def _contacts(bed: Bed, found: dict[str, Float64Array]) -> tuple[Contacts, Conta
     """Return contacts of spheres (ids below the bed's count), those with walls, and their radius factors."""
     low, high = found["ids"].min(axis=1), found["ids"].max(axis=1)
     at_wall = high >= bed.count
-    force, overlap, plane = found["values"].T
+    force, overlap, plane, material = found["values"].T
     pairs = Contacts(low[~at_wall], high[~at_wall], force[~at_wall], overlap[~at_wall])
     factor = np.where(plane[at_wall], PLANE_RADIUS_FACTOR, FACET_RADIUS_FACTOR)
-    return pairs, Contacts(low[at_wall], None, force[at_wall], overlap[at_wall]), factor
+    part = None
+    if bed.container.parts:
+        # Materials are those of the sets, then of the parts, and last of the walls without a name.
+        part = material[at_wall].astype(np.int64) - len(bed.particle_sets)
+        part[part == len(bed.container.parts)] = NO_PART
+    return pairs, Contacts(low[at_wall], None, force[at_wall], overlap[at_wall], part), factor
