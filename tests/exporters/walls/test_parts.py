@@ -25,6 +25,7 @@ from packgen.geometry import (
     Vibration,
     WallPart,
 )
+from packgen.validation import Limits, validate
 from tests.beds import box_surface, make_bed
 
 LOW, HIGH = np.zeros(3), np.array([0.4, 0.1, 0.2])
@@ -295,3 +296,14 @@ def test_liggghts_runs_on_when_a_part_has_left_the_box(tmp_path):
     lift = gated(motion=Translation(np.array([0.0, 0.0, 40.0])))
     (at,) = moved("liggghts", tmp_path, lift, [(0.05, 0.05, 0.01)], 2000)
     assert at[2] == pytest.approx(0.01, abs=1e-4)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_forces_of_parts_in_solvers_follow_their_materials(tmp_path, program):
+    spheres = [(0.10995, 0.05, 0.05), (0.38, 0.05, 0.00995)]
+    bed = bed_of(gated(material="rubber"), spheres)
+    writer = {"liggghts": liggghts, "yade": yade}[program]
+    writer.write(bed, tmp_path, writer.Options())
+    zero = validate(bed, tmp_path, solver=program, limits=Limits(free_fall_times=0.1)).step_zero
+    assert zero.wall_count >= 2
+    assert zero.law_error < 1e-3
