@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from packgen.clumps.tree_kernels import closest_point
 from packgen.compiled import inner_loop, loop
 
+GROWN = 1.3
+"""How many times its radius a sphere that may stick out grows or shrinks in a round, at most."""
+
 BINS = 96
 """Radii that are tried at once for a sphere that may stick out of the body."""
 
@@ -60,7 +63,7 @@ def choose(
                 if top == best:
                     break
                 bound[top] = covered_of(left, count, ball[top])
-                if best < 0 or bound[top] > bound[best]:
+                if best < 0 or bound[top] >= bound[best]:
                     best = top
             if bound[best] == 0:
                 break
@@ -159,7 +162,9 @@ def polish(
     ball: NDArray[np.float64],
     step: NDArray[np.float64],
     direction: NDArray[np.float64],
-    limits: NDArray[np.float64],
+    least: float,
+    equal: float,
+    inscribed: bool,
 ) -> None:
     """Move spheres, one after the other, to where they cover more that no other one covers.
 
@@ -171,10 +176,10 @@ def polish(
         ball: The spheres [m], shape (K, 4); change.
         step: How far centres try to move in each round, in radii, shape (R,).
         direction: Unit vectors of trials in each round, shape (R, D, 3).
-        limits: Least radius [m]; radius of all [m], 0: any; how far a sphere may stick out, in radii, below 0:
-            not at all. Shape (3,).
+        least: Least radius [m].
+        equal: Radius of all spheres [m]; 0: each has its own.
+        inscribed: Whether spheres stay in the body.
     """
-    least, equal, out = limits[0], limits[1], limits[2]
     covers = np.zeros(len(point), np.int32)
     near, worth = np.empty((len(point), 3)), np.empty(len(point), np.int32)
     found, trial, gain = np.empty(3), np.empty(4), np.zeros(BINS + 1, np.int64)
@@ -183,17 +188,18 @@ def polish(
     for turn in range(len(step)):
         for i in range(len(ball)):
             count_covers(point, ball[i], -1, covers)
-            grown = 1.3 if out >= 0.0 and equal == 0.0 else 1.0
-            reach = ball[i, 3] * (grown + step[turn]) if out >= 0.0 else ball[i, 3] * (1.0 + 2.0 * step[turn])
+            reach = ball[i, 3] * (1.0 + 2.0 * step[turn])  # a ball in the body grows at most as far as it moves
+            if not inscribed and equal == 0.0:
+                reach = ball[i, 3] * (GROWN + step[turn])
             count = free_near(point, sign, covers, ball[i], reach, near, worth)
-            best = -1
+            best = -len(point) - 1
             start = ball[i].copy()
             for k in range(-1, len(direction[turn])):
                 trial[:] = start
                 if k >= 0:
                     for axis in range(3):
                         trial[axis] += step[turn] * start[3] * direction[turn, k, axis]
-                if out < 0.0:
+                if inscribed:
                     away = closest_point(box, corner, trial[0], trial[1], trial[2], reach, 0.0, found)
                     if away < max(least, equal):
                         continue
@@ -206,9 +212,36 @@ def polish(
                         if square + (near[j, 2] - trial[2]) ** 2 <= equal * equal:
                             gained += worth[j]
                 else:
-                    low, high = max(0.7 * start[3], least), max(1.3 * start[3], 1.01 * least)
+                    low, high = max(start[3] / GROWN, least), max(GROWN * start[3], 1.01 * least)
                     gained = best_radius(near, worth, count, trial, low, high, gain)
                 if gained > best:
                     best = gained
                     ball[i] = trial
             count_covers(point, ball[i], 1, covers)
+
+
+@loop
+def covered_alone(point: NDArray[np.float64], ball: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return how many points (N, 3) each sphere (K, 4) covers that no other one does, shape (K,), int64."""
+    covers = np.zeros(len(point), np.int32)
+    for i in range(len(ball)):
+        count_covers(point, ball[i], 1, covers)
+    alone = np.zeros(len(ball), np.int64)
+    for i in range(len(ball)):
+        x, y, z, square = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3] * ball[i, 3]
+        for k in range(len(point)):
+            if covers[k] == 1:
+                dx, dy, dz = point[k, 0] - x, point[k, 1] - y, point[k, 2] - z
+                alone[i] += 1 if dx * dx + dy * dy + dz * dz <= square else 0
+    return alone
+
+
+@loop
+def gaps(point: NDArray[np.float64], ball: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far points (N, 3) are from the nearest sphere (K, 4), below 0 inside, shape (N,), float64."""
+    result = np.full(len(point), np.inf)
+    for k in range(len(point)):
+        for i in range(len(ball)):
+            dx, dy, dz = point[k, 0] - ball[i, 0], point[k, 1] - ball[i, 1], point[k, 2] - ball[i, 2]
+            result[k] = min(result[k], math.sqrt(dx * dx + dy * dy + dz * dz) - ball[i, 3])
+    return result
