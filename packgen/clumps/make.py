@@ -101,7 +101,7 @@ def clump_spheres(body: Body, wanted: Wanted, place: str = "mesh") -> Float64Arr
 
 
 def _inscribed(body: Body, wanted: Wanted, least: float, place: str) -> Float64Array:
-    """Return the balls to choose from; the largest one has climbed as far as it can."""
+    """Return the balls to choose from, all of at least the least radius."""
     number = min(max(BALLS_A_SPHERE * wanted.most, BALLS_MIN), BALLS_MAX)
     ball = body.touching_balls(number)
     if len(ball) == 0:
@@ -145,18 +145,18 @@ class _Maker:
         rest = int(error * len(self._inside))
         if wanted.equal:
             self._ball, self._radius = equal_balls(self._body, self._inside, self._ball, wanted.most, rest, self._least)
-        count, spheres = wanted.most, np.empty((0, 4))
-        while True:
-            spheres = self._improved(self._grown(spheres, count, rest))
-            if wanted.volume_error is None or self._misplaced(spheres) <= error:
-                return spheres
-            if len(spheres) >= wanted.most:
-                return spheres
-            # The points promised more than the spheres hold: some more of them.
-            count, rest = min(len(spheres) + max(len(spheres) // 20, 1), wanted.most), 0
-            before = len(spheres)
-            if len(self._grown(spheres, count, rest)) == before:
-                return spheres
+        spheres = self._improved(self._grown(np.empty((0, 4)), wanted.most, rest))
+        while wanted.volume_error is not None and len(spheres) < wanted.most:
+            found = self._misplaced(spheres)
+            if found <= error:
+                break
+            # The points promised more than the spheres hold. What is missing falls like one over their number.
+            needed = max(int(len(spheres) * min(found / error, 1.5)), len(spheres) + 1)
+            grown = self._grown(spheres, min(needed, wanted.most), 0)
+            if len(grown) == len(spheres):
+                break
+            spheres = self._improved(grown)
+        return spheres
 
     def _grown(self, spheres: Float64Array, most: int, rest: int) -> Float64Array:
         """Return spheres with more of them, chosen by what they cover newly."""
