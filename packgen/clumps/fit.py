@@ -10,7 +10,8 @@ from packgen.arrays import Float64Array, read_only
 from packgen.clumps.body import Body
 from packgen.clumps.cover_kernels import gaps
 from packgen.clumps.points import surface_points
-from packgen.clumps.properties import MassProperties, union_properties
+from packgen.clumps.properties import MassProperties, sum_of_spheres, union_properties
+from packgen.clumps.template import Template
 
 POINTS, MARGIN = 60_000, 0.2
 SURFACE_POINTS = 20_000
@@ -56,11 +57,10 @@ def fit_of(body: Body, spheres: Float64Array, *, inscribed: bool) -> Fit:
     union = union_properties(spheres)
     own = np.ascontiguousarray(body.from_mesh_axes(spheres))
     volume_error = union.volume / true.volume - 1.0
-    point = np.concatenate([surface_points(body.corners, SURFACE_POINTS, SHIFT)[0]])
+    point = surface_points(body.corners, SURFACE_POINTS, SHIFT)[0]
     mean = np.abs(gaps(point, own))
     vertices = np.ascontiguousarray(body.corners.reshape(-1, 3))
     largest = max(float(mean.max()), float(np.abs(gaps(vertices, own)).max()))
-    each = 4.0 / 3.0 * np.pi * float((spheres[:, 3] ** 3).sum())
     return Fit(
         true,
         union,
@@ -70,7 +70,7 @@ def fit_of(body: Body, spheres: Float64Array, *, inscribed: bool) -> Fit:
         inertia_error(union.inertia, true.inertia),
         float(mean.mean()) * body.unit,
         largest * body.unit,
-        each / union.volume,
+        sum_of_spheres(spheres) / union.volume,
     )
 
 
@@ -86,3 +86,10 @@ def _misplaced(body: Body, own: Float64Array) -> float:
     missing = int((gaps(points.inside, own) > 0.0).sum())
     beyond = int((gaps(points.outside, own) <= 0.0).sum())
     return (missing + beyond) / max(len(points.inside), 1)
+
+
+def fit_of_union(template: Template) -> Fit:
+    """Return the fit of a body that is the union of its spheres itself: without an error."""
+    union = union_properties(template.spheres)
+    factor = sum_of_spheres(template.spheres) / union.volume
+    return Fit(template.properties, union, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, factor)

@@ -102,7 +102,8 @@ def clump_spheres(body: Body, wanted: Wanted, place: str = "mesh") -> Float64Arr
 
 def _inscribed(body: Body, wanted: Wanted, least: float, place: str) -> Float64Array:
     """Return the balls to choose from, all of at least the least radius."""
-    number = min(max(BALLS_A_SPHERE * wanted.most, BALLS_MIN), BALLS_MAX)
+    likely = SPHERES_MAX if wanted.volume_error is None else round(1.2 / wanted.volume_error)
+    number = min(max(BALLS_A_SPHERE * min(wanted.most, likely), BALLS_MIN), BALLS_MAX)
     ball = body.touching_balls(number)
     if len(ball) == 0:
         raise GeometryError(f"{place}: found no room for a sphere, expected a body with an inside; is it a sheet?")
