@@ -30,15 +30,17 @@ SHAPE_SIZES = {
     "cube": "side, edge",
 }
 DESCRIPTION = (
-    "Fill the closed mesh of a stone, or a shape, with the spheres of a rigid clump; write rows x y z r with the "
-    "body's volume, centre and inertia, as CLUMP, LIGGGHTS and Chrono read them."
+    "Fill the closed mesh of a stone, or a shape, with the spheres of a rigid clump; write rows x y z r with "
+    "the body's volume, centre and inertia, as CLUMP, LIGGGHTS and Chrono read them."
 )
-CLUMP_EPILOG = f"""shapes, and their sizes for --set: {"; ".join(f"{name} ({sizes})" for name, sizes in SHAPE_SIZES.items())}.
-A mesh of such a name is ./ring.
+CLUMP_EPILOG = f"""shapes, and their sizes for --set: {
+    "; ".join(f"{name} ({sizes})" for name, sizes in SHAPE_SIZES.items())
+}. A mesh of such a name is ./ring.
 
-results: FILE, and beside it FILE's name with .json: the properties of the body and of the union of the spheres,
-and the errors. The origin is the body's centre of mass, the axes are those of the mesh. Volume and inertia in the
-file are the body's: of the spheres' sum they would count overlaps several times.
+results: FILE, and beside it FILE's name with .json: the properties of the body and of the union of the
+    spheres,
+and the errors. The origin is the body's centre of mass, the axes are those of the mesh. Volume and inertia
+in the file are the body's: of the spheres' sum they would count overlaps several times.
 
 exit codes: 0 done; 1 written, but an error asked for was not reached; 2 wrong input, nothing written;
 130 interrupted, nothing written"""
@@ -109,18 +111,23 @@ def build_clump_parser() -> argparse.ArgumentParser:
     add("--spheres", metavar="N", type=whole(1), help="number of spheres at most")
     add(
         "--volume-error", metavar="E", type=_share,
-        help="add spheres until the volume that they miss, or put outside, is at most this share of the body's",
+        help="add spheres until the volume that they miss or put outside is at most this share of the body's",
     )  # fmt: skip
     add(
         "--surface-error", metavar="E", type=_share,
-        help="add spheres until no point of the surface is farther from them than this share of the equivalent "
-        "diameter",
+        help="add spheres until all of the surface is nearer to them than this share of the equivalent diameter",
     )  # fmt: skip
-    add("--least-radius", metavar="LENGTH", type=_length, default=0.0, help="least radius of a sphere, such as 0.2mm")
+    add(
+        "--least-radius",
+        metavar="LENGTH",
+        type=_length,
+        default=0.0,
+        help="least radius of a sphere, such as 0.2mm",
+    )
     add("--equal", action="store_true", help="spheres of one radius, the best one")
     add(
         "--best-fit", action="store_true",
-        help="spheres may stick out of the body: volume and centre of the union are the body's, and least is misplaced",
+        help="spheres may stick out: the union has the body's volume and centre, and least is misplaced",
     )  # fmt: skip
     add("--units", choices=tuple(LENGTHS), help="unit of the mesh (default: m)")
     add(
@@ -129,7 +136,7 @@ def build_clump_parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add(
         "-o", "--output", metavar="FILE", type=Path,
-        help="file of the spheres: .csv has commas, as Chrono wants them, others blanks, as LIGGGHTS wants them "
+        help="file of the spheres: .csv has commas, as Chrono wants them, others blanks, as LIGGGHTS does "
         "(default: the name of the mesh or shape, .csv)",
     )  # fmt: skip
     add("--picture", action="store_true", help="draw the clump in a .png beside the file")
@@ -165,10 +172,12 @@ def _refuse(options: ClumpOptions) -> None:
         raise PackgenError(f"--set: found the mesh {name}, expected a shape: {', '.join(SHAPE_SIZES)}")
     if not options.is_shape and not Path(name).is_file():
         raise PackgenError(
-            f"clump: found no file {name}, expected a closed mesh or one of the shapes {', '.join(SHAPE_SIZES)}"
+            f"clump: found no file {name}, expected a closed mesh or a shape: {', '.join(SHAPE_SIZES)}"
         )
     if all(each is None for each in limits) and name not in {"dumbbell", "rod", "tetrapod", "ring"}:
-        raise PackgenError("clump: found no limit, expected --spheres N, --volume-error E or --surface-error E")
+        raise PackgenError(
+            "clump: found no limit, expected --spheres N, --volume-error E or --surface-error E"
+        )
     if options.volume_error is not None and options.surface_error is not None:
         raise PackgenError("--surface-error: found --volume-error as well, expected one of them")
     if options.surface_error is not None and (options.equal or options.best_fit):
@@ -178,9 +187,13 @@ def _refuse(options: ClumpOptions) -> None:
         if path == options.target and path.suffix in {".json", ".png"}:
             raise PackgenError(f"-o: found {path}, expected the name of a table, such as {path.stem}.csv")
         if path.is_dir():
-            raise PackgenError(f"{path}: found a folder, expected the name of a file to write; give it with -o")
+            raise PackgenError(
+                f"{path}: found a folder, expected the name of a file to write; give it with -o"
+            )
         if path.exists() and not options.force:
-            raise PackgenError(f"{path}: is there already; choose another file with -o, or overwrite it by --force")
+            raise PackgenError(
+                f"{path}: is there already; choose another file with -o, or overwrite it by --force"
+            )
         if not path.parent.is_dir():
             raise PackgenError(f"{path}: found no folder {path.parent}, expected one that is there; make it")
 
@@ -233,10 +246,16 @@ def _made(options: ClumpOptions) -> Clump:
     def warn(text: str) -> None:
         say(f"packgen: {text}", sys.stderr)
 
-    clump = make_clump(source, _wanted(options), name=options.target.stem, units=options.units or "m", warn=warn)
+    clump = make_clump(
+        source, _wanted(options), name=options.target.stem, units=options.units or "m", warn=warn
+    )
     asked = options.spheres
-    if asked is not None and clump.template.count < asked and options.volume_error is options.surface_error is None:
-        warn(f"{asked} spheres asked for, {clump.template.count} already cover all of the body that can be told apart")
+    if (
+        asked is not None
+        and clump.template.count < asked
+        and options.volume_error is options.surface_error is None
+    ):
+        warn(f"{asked} spheres asked for, {clump.template.count} already cover all that can be told apart")
     return clump
 
 

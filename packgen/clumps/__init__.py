@@ -7,6 +7,6 @@ from packgen.clumps.template import Template, template_of_spheres
 from packgen.clumps.template_file import read_template, write_template
 
 __all__ = [
-    "SHAPES", "Clump", "Cube", "Cylinder", "Dumbbell", "Ellipsoid", "Ring", "Rod", "Template", "Tetrapod", "Wanted",
-    "make_clump", "read_template", "shape_of", "template_of_spheres", "write_template",
+    "SHAPES", "Clump", "Cube", "Cylinder", "Dumbbell", "Ellipsoid", "Ring", "Rod", "Template", "Tetrapod",
+    "Wanted",     "make_clump", "read_template", "shape_of", "template_of_spheres", "write_template",
 ]  # fmt: skip

@@ -25,7 +25,8 @@ class Body:
         surface: The mesh as given [m].
         properties: Volume, centre and inertia of the mesh as given.
         axes: Principal axes as columns, shape (3, 3), float64.
-        corners: Triangles in the frame of the principal axes, in equivalent diameters, shape (F, 3, 3), float64.
+        corners: Triangles in the frame of the principal axes, in equivalent diameters, shape (F, 3, 3),
+            float64.
         tree: The same, for distances.
     """
 
@@ -67,7 +68,7 @@ class Body:
         return ball[ball[:, 3] > 0.0]
 
     def feet(self, count: int) -> tuple[Float64Array, Float64Array]:
-        """Return points of the surface and unit vectors into the body there, both of shape (N, 3), float64."""
+        """Return points of the surface and unit vectors into the body, both of shape (N, 3), float64."""
         spread, near = surface_points(self.corners, count), corner_points(self.corners)
         triangle: Int64Array = np.concatenate([spread[1], near[1]])
         return np.concatenate([spread[0], near[0]]), inward(self.corners)[triangle]

@@ -67,7 +67,9 @@ def make_clump(
     if isinstance(source, Dumbbell | Rod | Tetrapod | Ring):
         return _of_spheres(source, wanted, name or kind)
     if wanted is None:
-        raise ValueError("found no limit, expected Wanted(spheres=...), or with a volume_error or surface_error")
+        raise ValueError(
+            "found no limit, expected Wanted(spheres=...), or with a volume_error or surface_error"
+        )
     if isinstance(source, Path):
         body, name = read_stone(source, units, warn), name or source.stem
     elif isinstance(source, Surface):
@@ -76,14 +78,18 @@ def make_clump(
         body, name = body_of(source.surface(), f"clump: {kind}"), name or kind
     spheres = clump_spheres(body, wanted, f"clump: {name}")
     fit = fit_of(body, spheres, inscribed=not wanted.best_fit)
-    template = Template(name, spheres, body.properties.volume, body.properties.inertia, body.properties.centre)
+    template = Template(
+        name, spheres, body.properties.volume, body.properties.inertia, body.properties.centre
+    )
     return Clump(template, fit, body.surface, _missed(template, fit, wanted))
 
 
 def _of_spheres(source: Dumbbell | Rod | Tetrapod | Ring, wanted: Wanted | None, name: str) -> Clump:
     kind = type(source).__name__.lower()
     if wanted is not None and wanted != Wanted(spheres=wanted.spheres or 1):
-        raise PackgenError(f"clump: {kind}: found limits of errors or sizes, expected the number of spheres alone")
+        raise PackgenError(
+            f"clump: {kind}: found limits of errors or sizes, expected the number of spheres alone"
+        )
     spheres = source.spheres(COUNTS[kind] if wanted is None else wanted.most)
     if not isinstance(source, Rod):
         template = template_of_spheres(name, spheres)
@@ -103,7 +109,7 @@ def _missed(template: Template, fit: Fit, wanted: Wanted) -> tuple[str, ...]:
         if limit is not None and found > limit:
             smaller = "" if wanted.least_radius == 0.0 else ", or a lower least radius"
             said.append(
-                f"{what}: found {found:.3g} with {template.count} spheres, asked for at most {limit:g}; allow more "
-                f"spheres{smaller}"
+                f"{what}: found {found:.3g} with {template.count} spheres, asked for at most {limit:g}; allow "
+                f"more spheres{smaller}"
             )
     return tuple(said)

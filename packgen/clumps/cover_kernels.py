@@ -42,7 +42,8 @@ def choose(
         rest: Number of points that may stay uncovered.
 
     Returns:
-        The chosen spheres beside the first ones, in this order, int64; they end where none covers anything new.
+        The chosen spheres beside the first ones, in this order, int64; they end where none covers anything
+        new.
     """
     left = point.copy()
     count = len(left)
@@ -188,7 +189,9 @@ def polish(
     for turn in range(len(step)):
         for i in range(len(ball)):
             count_covers(point, ball[i], -1, covers)
-            reach = ball[i, 3] * (1.0 + 2.0 * step[turn])  # a ball in the body grows at most as far as it moves
+            reach = ball[i, 3] * (
+                1.0 + 2.0 * step[turn]
+            )  # a ball in the body grows at most as far as it moves
             if not inscribed and equal == 0.0:
                 reach = ball[i, 3] * (GROWN + step[turn])
             count = free_near(point, sign, covers, ball[i], reach, near, worth)
@@ -238,7 +241,7 @@ def covered_alone(point: NDArray[np.float64], ball: NDArray[np.float64]) -> NDAr
 
 @loop
 def gaps(point: NDArray[np.float64], ball: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far points (N, 3) are from the nearest sphere (K, 4), below 0 inside, shape (N,), float64."""
+    """Return the gaps of points (N, 3) to the nearest sphere (K, 4), below 0 inside, shape (N,), float64."""
     result = np.full(len(point), np.inf)
     for k in range(len(point)):
         for i in range(len(ball)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,7 @@ SPHERES_MAX = 1000
 """Spheres of a clump at most, where an error decides."""
 
 POINTS_MIN, POINTS_MAX, POINTS_A_SPHERE, POINTS_MISSED = 20_000, 200_000, 400, 300
-"""Points within the body: at least, at most, for each sphere, and how many of them the wanted error leaves out."""
+"""Points within the body: at least, at most, for each sphere, and how many the wanted error leaves out."""
 
 BALLS_MIN, BALLS_MAX, BALLS_A_SPHERE = 1500, 8000, 30
 """Balls to choose from: at least, at most, for each sphere."""
@@ -69,7 +68,7 @@ class Wanted:
             raise ValueError("found volume_error and surface_error, expected one of them")
         if self.surface_error is not None and (self.equal or self.best_fit):
             raise ValueError(
-                "found surface_error with equal or best_fit, expected it alone: it places spheres of any size inside"
+                "found surface_error with equal or best_fit, expected it alone: its spheres have any size and are inside"
             )
 
     @property
@@ -87,8 +86,8 @@ def clump_spheres(body: Body, wanted: Wanted, place: str = "mesh") -> Float64Arr
         place: What messages call the body.
 
     Returns:
-        Centres and radii [m] along the mesh's axes, the body's centre of mass at the origin, the largest first,
-        shape (N, 4), float64.
+        Centres and radii [m] along the mesh's axes, the body's centre of mass at the origin, the largest
+        first, shape (N, 4), float64.
 
     Raises:
         GeometryError: No sphere of the least radius fits.
@@ -106,7 +105,9 @@ def _inscribed(body: Body, wanted: Wanted, least: float, place: str) -> Float64A
     number = min(max(BALLS_A_SPHERE * min(wanted.most, likely), BALLS_MIN), BALLS_MAX)
     ball = body.touching_balls(number)
     if len(ball) == 0:
-        raise GeometryError(f"{place}: found no room for a sphere, expected a body with an inside; is it a sheet?")
+        raise GeometryError(
+            f"{place}: found no room for a sphere, expected a body with an inside; is it a sheet?"
+        )
     if ball[:, 3].max() < least:
         raise GeometryError(
             f"{place}: the largest sphere inside has a radius of about {ball[:, 3].max() * body.unit:.4g} m, "
@@ -145,14 +146,16 @@ class _Maker:
         error = 0.0 if wanted.volume_error is None else wanted.volume_error
         rest = int(error * len(self._inside))
         if wanted.equal:
-            self._ball, self._radius = equal_balls(self._body, self._inside, self._ball, wanted.most, rest, self._least)
+            self._ball, self._radius = equal_balls(
+                self._body, self._inside, self._ball, wanted.most, rest, self._least
+            )
         spheres = self._improved(self._grown(np.empty((0, 4)), wanted.most, rest))
         while wanted.volume_error is not None and len(spheres) < wanted.most:
             found = self._misplaced(spheres)
             if found <= error:
                 break
-            # The points promised more than the spheres hold. What is missing falls like one over their number.
-            needed = max(int(len(spheres) * min(found / error, 1.5)), len(spheres) + 1)
+            # The points promised more than the spheres hold. What is missing falls like one over their
+            number.needed = max(int(len(spheres) * min(found / error, 1.5)), len(spheres) + 1)
             grown = self._grown(spheres, min(needed, wanted.most), 0)
             if len(grown) == len(spheres):
                 break
@@ -171,7 +174,11 @@ class _Maker:
         if len(spheres) > 1:
             for _ in range(REPLACEMENTS):
                 alone = covered_alone(self._inside, best)
-                kept = best[np.sort(np.argsort(-alone, kind="stable")[: len(best) - max(int(REPLACED * len(best)), 1)])]
+                kept = best[
+                    np.sort(
+                        np.argsort(-alone, kind="stable")[: len(best) - max(int(REPLACED * len(best)), 1)]
+                    )
+                ]
                 other = self._polished(self._grown(kept, len(spheres), 0))
                 if self._gain(other) > self._gain(best):
                     best = other
@@ -185,7 +192,16 @@ class _Maker:
         tree, inscribed = self._body.tree, not self._wanted.best_fit
         step = np.array(STEPS)
         polish(
-            tree.box, tree.corner, self._point, self._sign, moved, step, direction, self._least, self._radius, inscribed
+            tree.box,
+            tree.corner,
+            self._point,
+            self._sign,
+            moved,
+            step,
+            direction,
+            self._least,
+            self._radius,
+            inscribed,
         )
         return moved
 
@@ -194,7 +210,7 @@ class _Maker:
         return int(self._sign[gaps(self._point, spheres) <= 0.0].sum())
 
     def _matched(self, spheres: Float64Array) -> Float64Array:
-        """Return spheres whose union has the body's volume, all radii changed alike, and its centre of mass."""
+        """Return spheres whose union has the body's volume, radii changed alike, and its centre of mass."""
         found = spheres.copy()
         for _ in range(20):
             lacking = self._body.volume - union_properties(found).volume
@@ -216,7 +232,10 @@ class _Maker:
         """Return the fewest spheres found that are near all of the surface."""
         assert self._wanted.surface_error is not None
         corners = self._body.corners
-        points = [surface_points(corners, count, shift)[0] for count, shift in ((SURFACE_POINTS, 0.5), (20_000, 0.2))]
+        points = [
+            surface_points(corners, count, shift)[0]
+            for count, shift in ((SURFACE_POINTS, 0.5), (20_000, 0.2))
+        ]
         vertices = np.unique(corners.reshape(-1, 3), axis=0)
         near, judge = (np.concatenate([each, vertices]) for each in points)
         error = self._wanted.surface_error
@@ -229,8 +248,6 @@ class _Maker:
         return spheres * [1.0, 1.0, 1.0, SHRUNK]
 
     def _near_all(self, point: Float64Array, error: float) -> Float64Array:
-        grown = self._ball + [0.0, 0.0, 0.0, error]
+        grown = self._ball + np.array([0.0, 0.0, 0.0, error])
         chosen = choose(point, grown, 0, self._wanted.most, 0)
         return self._ball[chosen]
-
-

@@ -70,14 +70,10 @@ def volume_points(
     within = _between(start, crossing, turn, height)
     point = np.empty((columns, int(cells[2]), 3))
     point[:, :, :2], point[:, :, 2] = column[:, None], height
-    return VolumePoints(
-        np.ascontiguousarray(point[within]), np.ascontiguousarray(point[~within]), size**3
-    )
+    return VolumePoints(np.ascontiguousarray(point[within]), np.ascontiguousarray(point[~within]), size**3)
 
 
-def _between(
-    start: Int64Array, crossing: Float64Array, turn: Int64Array, height: Float64Array
-) -> np.ndarray:
+def _between(start: Int64Array, crossing: Float64Array, turn: Int64Array, height: Float64Array) -> np.ndarray:
     """Return whether points of columns (C, Z) are where the surface has been entered more often than left."""
     owner = np.repeat(np.arange(len(height)), np.diff(start))
     order = np.lexsort((crossing, owner))
@@ -102,7 +98,9 @@ def surface_points(corners: Float64Array, count: int, shift: float = 0.5) -> tup
     Returns:
         (points [m], shape (N, 3), float64; triangle of each, shape (N,), int64).
     """
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     total = np.cumsum(area)
     place = (np.arange(count) + shift) / count * total[-1]
     triangle = np.minimum(np.searchsorted(total, place, side="right"), len(corners) - 1)
@@ -113,7 +111,7 @@ def surface_points(corners: Float64Array, count: int, shift: float = 0.5) -> tup
 
 
 def corner_points(corners: Float64Array) -> tuple[Float64Array, Int64Array]:
-    """Return points near the corners of the triangles of a coarse mesh, and the triangle of each; else none."""
+    """Return points near the corners of a coarse mesh's triangles, and the triangle of each; else none."""
     if len(corners) > FACETS_CORNERED:
         return np.empty((0, 3)), np.empty(0, np.int64)
     middle = corners.mean(axis=1, keepdims=True)

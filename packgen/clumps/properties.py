@@ -60,7 +60,8 @@ def mesh_properties(corners: Float64Array) -> MassProperties:
     volume = float(six.sum() / 6.0)
     total = near.sum(axis=1)
     first = six @ total / 24.0
-    # Of a tetrahedron with a corner at the origin: det / 120 * (sum of a aT + s sT), s the sum of its corners.
+    # Of a tetrahedron with a corner at the origin: det / 120 * (sum of a aT + s sT), s the sum of its
+    corners.
     second = np.einsum("f,fki,fkj->ij", six, near, near) + np.einsum("f,fi,fj->ij", six, total, total)
     return _of_moments(volume, first, second / 120.0).moved(origin)
 
@@ -91,7 +92,8 @@ def without_contained(spheres: Float64Array) -> Float64Array:
     rank = np.arange(len(spheres))
     inside = (deeper > 0.0) | ((deeper == 0.0) & ((away > 0.0) | (rank[None, :] < rank[:, None])))
     np.fill_diagonal(inside, val=False)
-    return spheres[~inside.any(axis=1)]
+    kept: Float64Array = spheres[~inside.any(axis=1)]
+    return kept
 
 
 def _integrals(spheres: Float64Array) -> tuple[Float64Array, Float64Array]:

@@ -8,6 +8,8 @@ from packgen.clumps.fit import Fit
 from packgen.clumps.properties import MassProperties
 from packgen.clumps.template import Template
 
+ROUNDING = 1.0e-8  # what is less counts as no error
+
 
 def fit_rows(template: Template, fit: Fit, of: str) -> list[tuple[str, str, str, str]]:
     """Return the table of the errors: what, of the body, of the spheres, error.
@@ -22,7 +24,7 @@ def fit_rows(template: Template, fit: Fit, of: str) -> list[tuple[str, str, str,
     rows = [("", of, f"{template.count} spheres", "error")]
     rows += [("volume [m3]", f"{fit.body.volume:.6g}", f"{fit.union.volume:.6g}", _percent(fit.volume_error))]
     rows += [("missing or outside", "", "", f"{100.0 * fit.misplaced:.3g} % of the volume")]
-    away = f"{100.0 * fit.centre_error:.2g} % of the equivalent diameter"
+    away = f"{100.0 * max(fit.centre_error - ROUNDING, 0.0):.2g} % of the equivalent diameter"
     rows += [("centre of mass", "", "", away)]
     for name, one, other in zip(("smallest", "middle", "largest"), moments, found, strict=True):
         rows += [(f"{name} moment [m5]", f"{one:.6g}", f"{other:.6g}", _percent(other / one - 1.0))]
@@ -35,7 +37,7 @@ def fit_rows(template: Template, fit: Fit, of: str) -> list[tuple[str, str, str,
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:+.3g} %"
+    return "0 %" if abs(share) < ROUNDING else f"{100.0 * share:+.3g} %"
 
 
 def _times(fit: Fit) -> str:

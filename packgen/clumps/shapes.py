@@ -1,7 +1,7 @@
-"""Parametric shapes: dumbbell, rod, tetrapod and ring of spheres; cylinder, ellipsoid and rounded cube filled.
+"""Parametric shapes: dumbbell, rod, tetrapod and ring of spheres; filled cylinder, ellipsoid, cube.
 
-Dumbbell, tetrapod and ring are the union of their spheres. A rod is the spherocylinder that its spheres stand for.
-The others are bodies that spheres fill as they fill a stone.
+Dumbbell, tetrapod and ring are the union of their spheres. A rod is the spherocylinder that its spheres
+stand for. The others are bodies that spheres fill as they fill a stone.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ class Tetrapod:
 
     def spheres(self, count: int) -> Float64Array:
         """Return one sphere in the middle and as many on each arm [m], shape (count, 4)."""
-        _need(count >= 5 and count % 4 == 1, "tetrapod", f"spheres={count}", "5, 9, 13 ...: one, and four arms")
+        _need(
+            count >= 5 and count % 4 == 1, "tetrapod", f"spheres={count}", "5, 9, 13 ...: one, and four arms"
+        )
         way = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / math.sqrt(3.0)
         along = self.arm * np.arange(1, count // 4 + 1)[:, None, None] / (count // 4)
         centre = np.concatenate([np.zeros((1, 3)), (along * way).reshape(-1, 3)])
@@ -168,7 +170,10 @@ class Cube:
         from packgen.clumps.tessellate import rounded_cube_surface
 
         _need(
-            2.0 * self.edge <= self.side, "cube", f"edge={self.edge:g}", f"at most half a side, {self.side / 2.0:g}"
+            2.0 * self.edge <= self.side,
+            "cube",
+            f"edge={self.edge:g}",
+            f"at most half a side, {self.side / 2.0:g}",
         )
         return rounded_cube_surface(self.side, self.edge)
 
@@ -209,6 +214,6 @@ def shape_of(name: str, sizes: dict[str, float]) -> ParametricShape:
     return kind(**sizes)
 
 
-def _need(holds: bool, shape: str, found: str, expected: str) -> None:  # noqa: FBT001
+def _need(holds: bool, shape: str, found: str, expected: str) -> None:
     if not holds:
         raise PackgenError(f"clump: {shape}: found {found}, expected {expected}")

@@ -19,8 +19,8 @@ class Template:
         spheres: Centres and radii [m], shape (N, 4), float64.
         volume: Volume of the body [m3].
         inertia: Inertia tensor of the body about the origin, a unit of density [m5], shape (3, 3), float64.
-        place: Where the body's centre of mass was in the file of its mesh [m], shape (3,), float64; the axes are
-            those of the mesh.
+        place: Where the body's centre of mass was in the file of its mesh [m], shape (3,), float64; the
+            axes are those of the mesh.
     """
 
     name: str

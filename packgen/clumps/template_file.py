@@ -1,7 +1,7 @@
 """Template files: rows ``x y z r`` in metres, with the mass properties in ``#`` lines before them.
 
-CLUMP, LIGGGHTS (``particletemplate/multisphere``) and Chrono's DEM-Engine read the rows. A ``.csv`` has commas
-and the line ``x,y,z,r`` on top, as Chrono wants it, any other file has blanks, as LIGGGHTS wants it.
+CLUMP, LIGGGHTS (``particletemplate/multisphere``) and Chrono's DEM-Engine read the rows. A ``.csv`` has
+commas and the line ``x,y,z,r`` on top, as Chrono wants it, any other file has blanks, as LIGGGHTS wants it.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ def template_text(template: Template, *, commas: bool) -> str:
         commas: Whether numbers are parted by commas below a line of column names; else by blanks.
     """
     moments, axes = template.properties.principal()
+    tensor = [float(template.inertia[i, j]) for i, j in INERTIA]
     head = [
         f"packgen clump: {template.name}, {template.count} spheres, lengths in m",
         "rows: x y z r; origin: centre of mass of the body; axes: those of its mesh",
         f"{VOLUME_KEY}: {template.volume!r}",
         f"{PLACE_KEY}: {_numbers(template.place)}   (where the origin was in the file of the mesh)",
-        f"{INERTIA_KEY}: {_numbers([template.inertia[i, j] for i, j in INERTIA])}   (xx yy zz xy xz yz of density 1)",
+        f"{INERTIA_KEY}: {_numbers(tensor)}   (xx yy zz xy xz yz of density 1)",
         f"principal_moments_m5: {_numbers(moments)}",
         f"principal_axes: {_numbers(axes.T.ravel())}   (the three unit vectors, one after the other)",
     ]
@@ -60,7 +61,8 @@ def write_template(path: Path, template: Template) -> None:
 def read_template(path: Path) -> Template:
     """Read a template of packgen's, or any file of rows ``x y z r`` with ``#`` comments.
 
-    Where no header has them the mass properties are those of the union of the spheres, each place counted once.
+    Where no header has them the mass properties are those of the union of the spheres, each place counted
+    once.
 
     Args:
         path: The file.
@@ -71,7 +73,9 @@ def read_template(path: Path) -> Template:
     if not path.is_file():
         raise ReadError(f"{path}: no such file, expected a clump: rows x y z r")
     if path.stat().st_size > BYTES_MAX:
-        raise ReadError(f"{path}: found {path.stat().st_size / 1e6:,.0f} MB, expected the rows x y z r of one clump")
+        raise ReadError(
+            f"{path}: found {path.stat().st_size / 1e6:,.0f} MB, expected the rows x y z r of one clump"
+        )
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -123,7 +127,9 @@ def _note(comment: str, said: dict[str, list[float]], place: str) -> None:
     except ValueError:
         values = []
     if len(values) != LENGTHS_OF_KEYS[key] or not all(map(math.isfinite, values)):
-        raise ReadError(f"{place}: found {comment.strip()!r}, expected {key} and {LENGTHS_OF_KEYS[key]} numbers")
+        raise ReadError(
+            f"{place}: found {comment.strip()!r}, expected {key} and {LENGTHS_OF_KEYS[key]} numbers"
+        )
     said[key] = values
 
 
@@ -136,7 +142,7 @@ def _template(path: Path, spheres: Float64Array, said: dict[str, list[float]]) -
     volume = said[VOLUME_KEY][0]
     if not volume > 0.0 or not MassProperties(volume, np.zeros(3), inertia).principal()[0][0] > 0.0:
         raise ReadError(
-            f"{path}: found a volume of {volume:g} m3 and an inertia that no body has, expected both above 0; "
+            f"{path}: found a volume of {volume:g} m3 and an inertia that no body has, expected values above 0; "
             "take their lines out to have them computed"
         )
     return Template(path.stem, spheres, volume, inertia, np.array(said.get(PLACE_KEY, [0.0, 0.0, 0.0])))

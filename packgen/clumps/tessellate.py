@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrays import Float64Array, unique_rows
+from packgen.arrays import Float64Array, Int64Array, unique_rows
 from packgen.geometry import Surface
 
 LATITUDES, LONGITUDES = 48, 96
@@ -22,7 +22,7 @@ def ellipsoid_surface(lengths: tuple[float, float, float]) -> Surface:
 
 
 def rod_surface(radius: float, length: float) -> Surface:
-    """Return a cylinder with round ends along x, its middle at the origin [m]; its volume is the exact one."""
+    """Return a cylinder with round ends along x, its middle at the origin [m], with the exact volume."""
     angle = np.linspace(0.0, np.pi / 2.0, LATITUDES // 2 + 1)
     cap = radius * np.column_stack([np.sin(angle), np.cos(angle)])
     cap[0, 0] = 0.0
@@ -34,7 +34,7 @@ def rod_surface(radius: float, length: float) -> Surface:
 
 
 def cylinder_surface(radius: float, height: float) -> Surface:
-    """Return a cylinder about z, its middle at the origin [m]; its volume is the exact one."""
+    """Return a cylinder about z, its middle at the origin [m], with the exact volume."""
     half = height / 2.0
     turned = _revolved(np.array([[0.0, -half], [radius, -half], [radius, half], [0.0, half]]))
     # A polygon of the circle's area.
@@ -43,7 +43,7 @@ def cylinder_surface(radius: float, height: float) -> Surface:
 
 
 def rounded_cube_surface(side: float, edge: float) -> Surface:
-    """Return a cube with edges rounded by a radius, its middle at the origin [m]; its volume is the exact one."""
+    """Return a cube with edges rounded by a radius, its middle at the origin [m], with the exact volume."""
     inner = side / 2.0 - edge
     bow = edge * np.tan(np.linspace(0.0, np.pi / 4.0, ROUND // 2 + 1))
     line = np.concatenate([-inner - bow[::-1], [inner] if inner > 0.0 else [], inner + bow[1:]])
@@ -53,7 +53,8 @@ def rounded_cube_surface(side: float, edge: float) -> Surface:
     first = (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
     quads = np.stack([first, first + count, first + count + 1, first + 1], axis=1)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    points, triangles = [], []
+    points: list[Float64Array] = []
+    triangles: list[Int64Array] = []
     for axis in range(3):
         for sign in (1.0, -1.0):
             side_points = np.roll(flat, axis + 1, axis=1) * (1.0 if sign > 0.0 else -1.0)

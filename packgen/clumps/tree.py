@@ -68,7 +68,7 @@ def triangle_tree(corners: Float64Array) -> TriangleTree:
 
 
 def _halved(point: Float64Array, depth: int) -> Int64Array:
-    """Return the order of points (N, 3) after ``depth`` halvings, each across the longest side of its part."""
+    """Return the order of points (N, 3) after ``depth`` halvings, across the longest side of each part."""
     order = np.arange(len(point))
     for level in range(depth):
         part = np.arange(len(point)) * (1 << level) // len(point)

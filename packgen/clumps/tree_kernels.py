@@ -21,7 +21,7 @@ def box_distance(box: NDArray[np.float64], node: int, x: float, y: float, z: flo
     dx = max(box[node, 0] - x, 0.0, x - box[node, 3])
     dy = max(box[node, 1] - y, 0.0, y - box[node, 4])
     dz = max(box[node, 2] - z, 0.0, z - box[node, 5])
-    return dx * dx + dy * dy + dz * dz
+    return float(dx * dx + dy * dy + dz * dz)
 
 
 @inner_loop
@@ -115,8 +115,8 @@ def shrink_balls(
         start: Points of the surface [m], shape (N, 3).
         inward: Unit vectors across the surface there, into the body, shape (N, 3).
         largest: Radius to start with [m].
-        slack: How deep the surface may reach into a ball that counts as free of it [m]. Its radius is then the
-            distance of its centre.
+        slack: How deep the surface may reach into a ball that counts as free of it [m]. Its radius is then
+            the distance of its centre.
         rounds: How often a ball shrinks at most.
 
     Returns:

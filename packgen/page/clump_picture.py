@@ -1,4 +1,4 @@
-"""A still picture of a clump: its spheres within the mesh of the body, from two sides, in a process of its own."""
+"""A still picture of a clump: its spheres in the mesh of the body; drawn in a process of its own."""
 
 from __future__ import annotations
 
@@ -63,20 +63,31 @@ def draw(data: Path, picture: Path) -> None:
     for side, view in enumerate(VIEWS):
         plotter.subplot(0, side)
         plotter.set_background("white")
-        fine = 48 if len(spheres) <= 200 else 24
         cloud = pyvista.PolyData(spheres[:, :3])
         cloud["diameter"], cloud["radius [m]"] = 2.0 * spheres[:, 3], spheres[:, 3]
-        ball = pyvista.Sphere(radius=0.5, theta_resolution=fine, phi_resolution=fine)
-        bar = {"color": "black", "fmt": "%.2g", "n_labels": 3, "width": 0.5, "position_x": 0.25}
+        ball = pyvista.Icosphere(radius=0.5, nsub=4 if len(spheres) <= 200 else 3)
+        bar = {
+            "color": "black",
+            "fmt": "%.2g",
+            "n_labels": 3,
+            "width": 0.5,
+            "position_x": 0.25,
+            "position_y": 0.01,
+        }
         shown = cloud.glyph(geom=ball, scale="diameter", orient=False)
-        looks = {"scalars": "radius [m]", "cmap": SPHERES, "smooth_shading": True, "show_scalar_bar": side == 1}
+        looks = {
+            "scalars": "radius [m]",
+            "cmap": SPHERES,
+            "smooth_shading": True,
+            "show_scalar_bar": side == 1,
+        }
         plotter.add_mesh(shown, scalar_bar_args=bar, **looks)
         if len(faces):
             mesh = pyvista.PolyData.from_regular_faces(vertices, faces)
             plotter.add_mesh(mesh, color=BODY, opacity=0.25)
         plotter.enable_parallel_projection()
         plotter.view_vector(view, viewup=(0.0, 0.0, 1.0))
-        plotter.camera.zoom(1.3)
+        plotter.camera.zoom(1.15)
     plotter.screenshot(picture)
     plotter.close()
 

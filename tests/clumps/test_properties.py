@@ -15,16 +15,23 @@ from packgen.clumps.properties import (
     without_contained,
 )
 
+SHIFT = np.array([0.3, -0.2, 0.7])
+
 
 def lens(big: float, small: float, apart: float) -> float:
     """Volume that two spheres share."""
     a, b, d = big, small, apart
-    return math.pi * (a + b - d) ** 2 * (d * d + 2 * d * b - 3 * b * b + 2 * d * a + 6 * a * b - 3 * a * a) / (12 * d)
+    return (
+        math.pi
+        * (a + b - d) ** 2
+        * (d * d + 2 * d * b - 3 * b * b + 2 * d * a + 6 * a * b - 3 * a * a)
+        / (12 * d)
+    )
 
 
 def turned(spheres, seed):
     rotation = Rotation.random(rng=np.random.default_rng(seed))
-    return np.column_stack([rotation.apply(spheres[:, :3]) + [0.3, -0.2, 0.7], spheres[:, 3]]), rotation
+    return np.column_stack([rotation.apply(spheres[:, :3]) + SHIFT, spheres[:, 3]]), rotation
 
 
 def cluster(count, seed):
@@ -76,7 +83,7 @@ def test_a_union_is_the_same_from_all_sides(count):
         other, rotation = turned(spheres, seed)
         two = union_properties(other)
         assert two.volume == pytest.approx(one.volume, rel=1e-7)
-        np.testing.assert_allclose(two.centre, rotation.apply(np.array(one.centre)) + [0.3, -0.2, 0.7], atol=1e-7)
+        np.testing.assert_allclose(two.centre, rotation.apply(np.array(one.centre)) + SHIFT, atol=1e-7)
         matrix = rotation.as_matrix()
         np.testing.assert_allclose(
             two.inertia, matrix @ one.inertia @ matrix.T, atol=1e-7 * np.trace(one.inertia)
@@ -94,7 +101,9 @@ def test_a_union_agrees_with_points_thrown_at_random():
     share = hit.mean()
     box = float(np.prod(high - low))
     found = union_properties(spheres)
-    assert found.volume == pytest.approx(box * share, abs=5 * box * math.sqrt(share * (1 - share) / len(point)))
+    assert found.volume == pytest.approx(
+        box * share, abs=5 * box * math.sqrt(share * (1 - share) / len(point))
+    )
     np.testing.assert_allclose(found.centre, point[hit].mean(axis=0), atol=0.02)
     near = point[hit] - point[hit].mean(axis=0)
     second = near.T @ near * box / len(point)
