@@ -115,7 +115,7 @@ def build_clump_parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add(
         "--surface-error", metavar="E", type=_share,
-        help="add spheres until all of the surface is nearer to them than this share of the equivalent diameter",
+        help="add spheres until all of the surface is nearer to them than this share of the diameter",
     )  # fmt: skip
     add(
         "--least-radius",

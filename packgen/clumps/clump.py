@@ -109,7 +109,7 @@ def _missed(template: Template, fit: Fit, wanted: Wanted) -> tuple[str, ...]:
         if limit is not None and found > limit:
             smaller = "" if wanted.least_radius == 0.0 else ", or a lower least radius"
             said.append(
-                f"{what}: found {found:.3g} with {template.count} spheres, asked for at most {limit:g}; allow "
-                f"more spheres{smaller}"
+                f"{what}: found {found:.3g} with {template.count} spheres, asked for at most {limit:g}; "
+                f"allow more spheres{smaller}"
             )
     return tuple(said)

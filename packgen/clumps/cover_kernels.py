@@ -189,9 +189,8 @@ def polish(
     for turn in range(len(step)):
         for i in range(len(ball)):
             count_covers(point, ball[i], -1, covers)
-            reach = ball[i, 3] * (
-                1.0 + 2.0 * step[turn]
-            )  # a ball in the body grows at most as far as it moves
+            # A sphere in the body grows at most as far as it moves.
+            reach = ball[i, 3] * (1.0 + 2.0 * step[turn])
             if not inscribed and equal == 0.0:
                 reach = ball[i, 3] * (GROWN + step[turn])
             count = free_near(point, sign, covers, ball[i], reach, near, worth)

@@ -68,7 +68,7 @@ class Wanted:
             raise ValueError("found volume_error and surface_error, expected one of them")
         if self.surface_error is not None and (self.equal or self.best_fit):
             raise ValueError(
-                "found surface_error with equal or best_fit, expected it alone: its spheres have any size and are inside"
+                "found surface_error with equal or best_fit, expected spheres of any size, inside"
             )
 
     @property
@@ -154,8 +154,8 @@ class _Maker:
             found = self._misplaced(spheres)
             if found <= error:
                 break
-            # The points promised more than the spheres hold. What is missing falls like one over their
-            number.needed = max(int(len(spheres) * min(found / error, 1.5)), len(spheres) + 1)
+            # The points promised more than the spheres hold. More spheres miss less in proportion.
+            needed = max(int(len(spheres) * min(found / error, 1.5)), len(spheres) + 1)
             grown = self._grown(spheres, min(needed, wanted.most), 0)
             if len(grown) == len(spheres):
                 break

@@ -60,8 +60,7 @@ def mesh_properties(corners: Float64Array) -> MassProperties:
     volume = float(six.sum() / 6.0)
     total = near.sum(axis=1)
     first = six @ total / 24.0
-    # Of a tetrahedron with a corner at the origin: det / 120 * (sum of a aT + s sT), s the sum of its
-    corners.
+    # Of a tetrahedron with a corner at the origin: det / 120 * (sum of a aT + s sT), s the corners' sum.
     second = np.einsum("f,fki,fkj->ij", six, near, near) + np.einsum("f,fi,fj->ij", six, total, total)
     return _of_moments(volume, first, second / 120.0).moved(origin)
 

@@ -142,7 +142,7 @@ def _template(path: Path, spheres: Float64Array, said: dict[str, list[float]]) -
     volume = said[VOLUME_KEY][0]
     if not volume > 0.0 or not MassProperties(volume, np.zeros(3), inertia).principal()[0][0] > 0.0:
         raise ReadError(
-            f"{path}: found a volume of {volume:g} m3 and an inertia that no body has, expected values above 0; "
+            f"{path}: found a volume of {volume:g} m3 and an inertia that no body has, expected more than 0; "
             "take their lines out to have them computed"
         )
     return Template(path.stem, spheres, volume, inertia, np.array(said.get(PLACE_KEY, [0.0, 0.0, 0.0])))

@@ -8,7 +8,18 @@ import pytest
 import trimesh
 
 from packgen.check.mesh import MeshWalls
-from packgen.clumps import Cube, Cylinder, Dumbbell, Ellipsoid, Ring, Rod, Tetrapod, Wanted, make_clump, shape_of
+from packgen.clumps import (
+    Cube,
+    Cylinder,
+    Dumbbell,
+    Ellipsoid,
+    Ring,
+    Rod,
+    Tetrapod,
+    Wanted,
+    make_clump,
+    shape_of,
+)
 from packgen.clumps.body import body_of
 from packgen.clumps.fit import inertia_error
 from packgen.clumps.points import surface_points
@@ -138,8 +149,11 @@ def test_a_flat_mesh_and_parts_that_cut_each_other_are_refused():
     flat = Surface(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]]))
     with pytest.raises(GeometryError, match="bounds no volume"):
         body_of(flat)
-    one, two = ball(), Surface(ball().vertices + [0.8, 0, 0], ball().faces)
-    both = Surface(np.concatenate([one.vertices, two.vertices]), np.concatenate([one.faces, two.faces + len(one.vertices)]))
+    one, two = ball(), Surface(ball().vertices + np.array([0.8, 0, 0]), ball().faces)
+    both = Surface(
+        np.concatenate([one.vertices, two.vertices]),
+        np.concatenate([one.faces, two.faces + len(one.vertices)]),
+    )
     with pytest.raises(GeometryError, match="parts that cut each other"):
         body_of(both)
 
@@ -192,7 +206,10 @@ def test_shapes_of_spheres_have_their_spheres():
         (lambda: make_clump(Rod(1.0, 1.0)), "found length=1, expected more than two radii"),
         (lambda: make_clump(Tetrapod(), Wanted(spheres=7)), "expected 5, 9, 13"),
         (lambda: make_clump(Ring(1.0, 0.1)), "at which 12 spheres touch"),
-        (lambda: make_clump(Ring(1.0), Wanted(spheres=6, equal=True)), "expected the number of spheres alone"),
+        (
+            lambda: make_clump(Ring(1.0), Wanted(spheres=6, equal=True)),
+            "expected the number of spheres alone",
+        ),
     ],
 )
 def test_shapes_that_cannot_be_are_refused(make, said):
