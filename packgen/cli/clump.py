@@ -184,6 +184,8 @@ def _refuse(options: ClumpOptions) -> None:
         other = "--equal" if options.equal else "--best-fit"
         raise PackgenError(f"{other}: found --surface-error as well, expected --spheres or --volume-error")
     for path in options.files:
+        if not options.is_shape and path.resolve() == Path(name).resolve():
+            raise PackgenError(f"-o: found {path}, which is the mesh, expected another file")
         if path == options.target and path.suffix in {".json", ".png"}:
             raise PackgenError(f"-o: found {path}, expected the name of a table, such as {path.stem}.csv")
         if path.is_dir():

@@ -217,6 +217,7 @@ def test_shapes_that_cannot_be_are_refused(make, said):
         make()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["crushed", "pebble", "shard"])
 def test_the_stones_of_the_examples_are_met_by_sixty_spheres(name):
     fit = make_clump(STONES / f"{name}.stl", Wanted(spheres=60, best_fit=True)).fit
