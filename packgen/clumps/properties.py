@@ -117,6 +117,6 @@ def _of_terms(terms: Float64Array, origin: Float64Array) -> MassProperties:
 
 def _of_moments(volume: float, first: Float64Array, second: Float64Array) -> MassProperties:
     """Return the properties that a volume and its first and second moments about the origin amount to."""
-    centre = first / volume
+    centre = first / volume if volume else np.zeros(3)
     about = second - volume * np.outer(centre, centre)
     return MassProperties(volume, centre, np.trace(about) * np.eye(3) - about)
