@@ -170,6 +170,10 @@ def test_what_algorithms_share_knows_none_of_them(place):
                 "packgen.cli",
             ),
         ),
+        (
+            "clumps",
+            ("packgen.bed", "packgen.supply", "packgen.scene", "packgen.check", "packgen.measure", *UPPER),
+        ),
         ("sweep", ("packgen.arrange", "packgen.filling", "packgen.page", "packgen.cli")),
         (
             "workers",

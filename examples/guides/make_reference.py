@@ -24,6 +24,7 @@ from packgen import bedfile, report
 from packgen.arrange import registry
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
+from packgen.cli.clump import CLUMP_EPILOG, build_clump_parser
 from packgen.cli.files import CARVE, CONVERT, DESCRIPTIONS, MEASURE, REPEAT, build_file_parser
 from packgen.cli.forecast import build_plan_parser
 from packgen.cli.reshape import CARVE_EPILOG, REPEAT_EPILOG, build_carve_parser, build_repeat_parser
@@ -291,6 +292,16 @@ def file_part() -> Iterator[str]:
     yield table(("format",), [(plain((each.__doc__ or "").split("\n\n")[0]),) for each in readers])
 
 
+def clump_part() -> Iterator[str]:
+    """Clumps."""
+    parser = build_clump_parser()
+    yield "## Clumps\n"
+    yield f"`packgen clump MESH`: {(parser.description or '').split(' A scene of that name')[0]}\n"
+    yield table(("argument", "meaning"), arguments_of(parser))
+    for paragraph in CLUMP_EPILOG.split("\n\n")[:-1]:  # the last one has the exit codes
+        yield f"{paragraph[0].upper()}{plain(paragraph[1:])}\n"
+
+
 def ahead_part() -> Iterator[str]:
     """What comes before runs, and many of them."""
     yield "## Before a run, and many runs\n"
@@ -426,6 +437,7 @@ def reference() -> str:
         *command_part(),
         *ahead_part(),
         *file_part(),
+        *clump_part(),
         *result_part(),
         *exporter_part(),
     ]

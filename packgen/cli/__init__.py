@@ -29,6 +29,7 @@ COMMANDS = {
     "convert": ("packgen.cli.judge", "run_file_command"),
     "carve": ("packgen.cli.reshape", "run_reshape_command"),
     "repeat": ("packgen.cli.reshape", "run_reshape_command"),
+    "clump": ("packgen.cli.clump", "run_clump_command"),
     "plan": ("packgen.cli.forecast", "run_plan_command"),
     "sweep": ("packgen.cli.sweep", "run_sweep_command"),
     "init": ("packgen.cli.start", "run_start_command"),
@@ -48,6 +49,7 @@ EPILOG = """other commands:
   packgen convert FILE       write a bed from a file in other formats
   packgen carve FILE         keep the part of a bed inside or outside a closed mesh
   packgen repeat FILE N N N  put copies of a bed that wraps around side by side
+  packgen clump MESH         fill a stone, or a shape such as ring, with the spheres of a rigid clump
   packgen plan SCENE         tell what the bed will be like, and what will be missed
   packgen sweep SCENE        run a scene with all combinations of some values
   packgen init KIND          write a scene to start from: box, tube, or the path of a mesh

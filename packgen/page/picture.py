@@ -34,7 +34,7 @@ def write_pictures(folder: Path) -> tuple[Path, ...]:
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=TIME_MAX, check=False)
         if run.returncode != 0:
-            raise PackgenError(f"no pictures: {_reason(run)}")
+            raise PackgenError(f"no pictures: {why_nothing_drawn(run)}")
         drawn = tuple(folder / name for name in PICTURES)
         for source, target in zip(partial, drawn, strict=True):
             os.replace(source, target)
@@ -46,7 +46,7 @@ def write_pictures(folder: Path) -> tuple[Path, ...]:
     return drawn
 
 
-def _reason(run: subprocess.CompletedProcess[str]) -> str:
+def why_nothing_drawn(run: subprocess.CompletedProcess[str]) -> str:
     """Return in words why the drawing process failed."""
     if run.returncode < 0:  # ended by a signal
         return (
