@@ -183,8 +183,17 @@ def _refuse(options: ClumpOptions) -> None:
     if options.surface_error is not None and (options.equal or options.best_fit):
         other = "--equal" if options.equal else "--best-fit"
         raise PackgenError(f"{other}: found --surface-error as well, expected --spheres or --volume-error")
+    _refuse_files(options)
+
+
+def _refuse_files(options: ClumpOptions) -> None:
+    """Refuse files that cannot be written.
+
+    Raises:
+        PackgenError: One cannot.
+    """
     for path in options.files:
-        if not options.is_shape and path.resolve() == Path(name).resolve():
+        if not options.is_shape and path.resolve() == Path(options.source).resolve():
             raise PackgenError(f"-o: found {path}, which is the mesh, expected another file")
         if path == options.target and path.suffix in {".json", ".png"}:
             raise PackgenError(f"-o: found {path}, expected the name of a table, such as {path.stem}.csv")
