@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from packgen.arrange.crew import Alone, Crew
-from packgen.arrange.spheres import Spheres
+from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrays import Float64Array
 from packgen.geometry import Container, Shape, Slice
 from packgen.jamming import Jamming
@@ -102,6 +102,7 @@ class ZoneTask:
         seed: Seed of the zone's own randomness.
         setting: What it shares with the other zones.
         gap: Least distance between surfaces; only of algorithms that keep one.
+        loose_count: How many of the spheres at rest, the first ones, may move again near the surface.
     """
 
     index: int
@@ -112,6 +113,7 @@ class ZoneTask:
     seed: np.random.SeedSequence
     setting: Setting
     gap: Gap = Gap()
+    loose_count: int = 0
 
     def generator(self) -> np.random.Generator:
         """Return a new source of randomness, the same one each time."""
@@ -128,6 +130,8 @@ class Task:
         rng: Source of randomness for an algorithm that fills all zones together; see ``ZoneTask.generator``.
         on_progress: Called after each batch.
         crew: Who does the work of a bed that is divided into tiles.
+        earlier: Spheres that are there before; their zones have numbers that none of ``zones`` has. They come
+            first among the spheres returned, in their order.
     """
 
     setting: Setting
@@ -135,6 +139,7 @@ class Task:
     rng: np.random.Generator
     on_progress: Listener = no_listener
     crew: Crew = field(default_factory=Alone)
+    earlier: Spheres = field(default_factory=no_spheres)
 
     @property
     def container(self) -> Container:
@@ -198,11 +203,13 @@ class Filled:
         spheres: Those placed in it, batches counted from 0.
         supply: Those that found no place, and where the supply goes on.
         batch_count: Batches that were tried.
+        earlier: Centres of the spheres at rest [m], shape (N, 3), where some may have moved; None: none has.
     """
 
     spheres: Spheres
     supply: Supply
     batch_count: int
+    earlier: Float64Array | None = None
 
 
 FillZone = Callable[[ZoneTask, Spheres, np.random.Generator, Listener], Filled]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import BoolArray, Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
 
@@ -26,8 +26,11 @@ def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = Non
     if bed.tolerance is None:
         return ()
     depth = 1.0 - clearance / bed.radius
-    in_wall = _deepest(depth, bed.tolerance)
-    first, second, overlap, pair_count = _worst_pairs(bed, bed.tolerance)
+    earlier = bed.is_earlier
+    # Spheres that a solver has left before may overlap each other and walls by more.
+    soft = bed.tolerance if bed.earlier is None else _limit(bed.earlier.tolerance)
+    in_wall = _deepest(depth, np.where(earlier & (clearance >= 0.0), soft, bed.tolerance))
+    first, second, overlap, pair_count = _worst_pairs(bed, bed.tolerance, soft, earlier)
     found = [
         (
             depth[each],
@@ -46,19 +49,32 @@ def named_faults(bed: Bed, clearance: Float64Array, ids: Int64Array | None = Non
     return (*lines, f"and {rest:,} more of these") if rest else tuple(lines)
 
 
-def _deepest(depth: Float64Array, limit: float) -> Int64Array:
-    """Return the places of depths above a limit, the largest first."""
+def _limit(tolerance: float | None) -> float:
+    return np.inf if tolerance is None else tolerance
+
+
+def _deepest(depth: Float64Array, limit: float | Float64Array) -> Int64Array:
+    """Return the places of depths above a limit, or each above its own, the largest first."""
     found = np.flatnonzero(depth > limit)
     return found[np.argsort(-depth[found], kind="stable")].astype(np.int64)
 
 
-def _worst_pairs(bed: Bed, limit: float) -> tuple[Int64Array, Int64Array, Float64Array, int]:
-    """Return the deepest pairs, at most twenty: both spheres and the overlap of each, and how many exceed."""
+def _worst_pairs(
+    bed: Bed, limit: float, soft: float, earlier: BoolArray
+) -> tuple[Int64Array, Int64Array, Float64Array, int]:
+    """Return the deepest pairs, at most twenty: both spheres and the overlap of each, and how many exceed.
+
+    Args:
+        bed: The bed.
+        limit: Largest overlap that is no fault.
+        soft: The one of two spheres that were there before.
+        earlier: Which spheres were, shape (N,).
+    """
     kept = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     count = 0
     for pairs in near_pairs(bed.position, bed.radius, period=bed.container.period, body_index=bed.body_index):
         overlap = -pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
-        worst = _deepest(overlap, limit)
+        worst = _deepest(overlap, np.where(earlier[pairs.first] & earlier[pairs.second], soft, limit))
         count += len(worst)
         worst = worst[:NAMED_MAX]
         kept.append((pairs.first[worst], pairs.second[worst], overlap[worst]))

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from packgen.cli.crews import crew_of, parts_of
@@ -58,7 +59,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     watch = Stopwatch()
     with watch.stage("scene"):
         plan = make_plan(options)
-    folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
+    folder = ResultFolder(plan.target, force=options.force, keep=_inputs(plan.scene))
     with folder:
         vessel = _load(plan, watch)
         parts = parts_of(options)
@@ -91,6 +92,11 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         say_json(summary(json.loads(report.as_json()), str(folder.target), code))
     conclude(report, folder, verdict=verdict, quiet=options.quiet or options.json)
     return code
+
+
+def _inputs(scene: Scene) -> tuple[Path, ...]:
+    """Return the files that must not be in the result folder, which is replaced."""
+    return (scene.path,) if scene.start_from is None else (scene.path, scene.start_from.path)
 
 
 def _load(plan: Plan, watch: Stopwatch) -> _Vessel:
@@ -160,7 +166,8 @@ def _measure(scene: Scene, packed: PackResult, bed: Bed, threads: int | None, wa
         clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
         check = check_bed(bed, clearance)
     with watch.stage("measure"):
-        laws = [each.distribution for each in scene.particle_sets]
+        by_name = {each.name: each.distribution for each in scene.particle_sets}
+        laws = [by_name.get(each.name) for each in bed.particle_sets]
         return measure_bed(
             bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads,
             jamming=packed.jamming,

@@ -181,10 +181,15 @@ def with_settling(measures: Measures, outcome: Outcome, state: str, watch: Stopw
 
 
 def limits_of(scene: Scene, outcome: Outcome) -> Limits:
-    """Return the limits of a validation: forces in a settled bed are those that hold it, and no fault."""
+    """Return the limits of a validation: forces in a settled bed are those that hold it, and no fault.
+
+    So are those in a bed that goes on from one that a solver has settled.
+    """
     from packgen.validation import Limits
 
     limits = Limits(**scene.validation.model_dump())
-    if outcome.settled is None or "force_limit" in scene.validation.model_fields_set:
+    told = outcome.bed.provenance.get("start_from", {})
+    held = outcome.settled is not None or told.get("overlap_max", 0.0) > (outcome.bed.tolerance or 0.0)
+    if not held or "force_limit" in scene.validation.model_fields_set:
         return limits
     return replace(limits, force_limit=None)

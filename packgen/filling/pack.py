@@ -11,13 +11,14 @@ import numpy as np
 
 from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.registry import find
-from packgen.arrange.spheres import Spheres
+from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrange.task import Listener, Outcome, Setting, Task, ZoneTask, no_listener
 from packgen.bed import Bed, ParticleSet
 from packgen.container.load import load_container
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
 from packgen.filling.densities import Density, densities, gap_of
+from packgen.filling.earlier import Earlier, earlier_bed
 from packgen.filling.fit import checked_locations
 from packgen.filling.periods import check_periods
 from packgen.filling.remarks import remarks
@@ -128,6 +129,7 @@ def pack(
 
     # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
+    earlier = earlier_bed(scene, container, tell)
     asked, wanted = densities(scene, container, locations)
     for line in check_softness(scene, container, for_solver=for_solver):
         tell(line)
@@ -135,32 +137,41 @@ def pack(
     down = floor_direction(gravity, container.periodic)
     down = gravity / length(gravity) if down is None else down
     setting = Setting(container, down, scene.params, threads, device)
-    task = _task(asked, setting, locations, on_progress or no_listener, crew or Alone())
+    if earlier is not None:
+        asked, scene = earlier.joined(asked), earlier.scene
+    task = _task(asked, setting, locations, on_progress or no_listener, crew or Alone(), earlier)
     zones = task.zones
     check_periods(
         scene, container, max(float(each.gap.half(np.array(each.supply.radius_max))) for each in zones)
     )
     made = algorithm(task)
     outcome = made if isinstance(made, Outcome) else Outcome(made, container)
-    bed, results = _bed(scene, outcome), _results(outcome.spheres, zones, wanted)
+    bed, results = _bed(scene, outcome, earlier), _results(outcome.spheres, zones, wanted)
     return PackResult(bed, results, (*warnings, *remarks(asked, bed, results)), outcome.jamming)
 
 
 def _task(
-    scene: Scene, setting: Setting, locations: Sequence[Locations], on_progress: Listener, crew: Crew
+    scene: Scene,
+    setting: Setting,
+    locations: Sequence[Locations],
+    on_progress: Listener,
+    crew: Crew,
+    earlier: Earlier | None,
 ) -> Task:
     """Draw the spheres of all zones; each zone has randomness of its own."""
     first, *of_supplies = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
     # The first zone goes on with the seed of the whole, so that a scene of one zone has one source.
     seeds = [first, *first.spawn(len(scene.zones) - 1)]
+    before = no_spheres() if earlier is None else earlier.spheres
+    loose_count = len(before) if earlier is not None and earlier.loose else 0
     zones = []
     for index, zone in enumerate(scene.zones):
         supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
         mark, friction = scene.mark(f"zones[{index}]"), _friction(scene, zone)
-        zones.append(
-            ZoneTask(index, mark, locations[index], supply, friction, seeds[index], setting, gap_of(zone))
-        )
-    return Task(setting, tuple(zones), np.random.default_rng(first), on_progress, crew)
+        own, gap = locations[index], gap_of(zone)
+        task = ZoneTask(index, mark, own, supply, friction, seeds[index], setting, gap, loose_count)
+        zones.append(task)
+    return Task(setting, tuple(zones), np.random.default_rng(first), on_progress, crew, before)
 
 
 def _results(
@@ -201,7 +212,7 @@ def _check_device(device: str) -> None:
         )
 
 
-def _bed(scene: Scene, outcome: Outcome) -> Bed:
+def _bed(scene: Scene, outcome: Outcome, earlier: Earlier | None) -> Bed:
     spheres = outcome.spheres
     sets = tuple(ParticleSet(each.name, each.density, each.material) for each in scene.particle_sets)
     provenance: dict[str, Any] = {
@@ -211,6 +222,8 @@ def _bed(scene: Scene, outcome: Outcome) -> Bed:
         "algorithm": scene.algorithm,
         "settings": scene.model_dump(),
     }
+    if earlier is not None:
+        provenance["start_from"] = earlier.told
     if outcome.jamming is not None:
         provenance["jamming"] = asdict(outcome.jamming)
     return Bed(
@@ -220,4 +233,5 @@ def _bed(scene: Scene, outcome: Outcome) -> Bed:
         scene.tolerance,
         provenance,
         spheres.body_index,
+        None if earlier is None else earlier.mark,
     )  # fmt: skip

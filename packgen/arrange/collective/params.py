@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
@@ -39,6 +39,8 @@ class Params(PaperParams):
             work on; ``auto``: a quarter of the vessel's width, from 30 to 60 diameters. None: the bed is one
             piece.
     """
+
+    holds: ClassVar[tuple[str, ...]] = ("surface", "fixed")
 
     optimizer: Literal["projection", "adam"] = "projection"
     tile: Tile | None = None
