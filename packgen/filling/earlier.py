@@ -143,6 +143,9 @@ def _read(scene: Scene, container: Container, warn: Callable[[str], None]) -> tu
         lines = str(error).splitlines()
         raise ReadError("\n".join(f"{place}: {_in_keys(line)}" for line in lines)) from error
     _refuse_other_densities(place, spheres, bed)
+    if not own and spheres.groups is None and spheres.density is None:
+        name = bed.particle_sets[int(bed.set_index[0])].name
+        warn(f"{place}: sets are not in the file: its spheres are taken for {name} of the scene")
     return spheres, bed
 
 

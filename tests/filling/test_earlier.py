@@ -149,6 +149,9 @@ def test_the_bed_that_is_written_tells_of_the_old_one_and_is_judged_alike_when_r
     told = bed.provenance["start_from"]
     assert (told["path"], told["sphere_count"], told["hold"]) == ("old.csv", 2, "fixed")
     assert any("1 pair of its spheres with overlaps of up to 0.04 of" in each for each in said)
+    assert any(
+        "sets are not in the file: its spheres are taken for balls of the scene" in each for each in said
+    )
     bed.save(tmp_path / "new.npz")
     for each in (bed, read_bed(tmp_path / "new.npz")):
         check = check_bed(each)
