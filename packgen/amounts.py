@@ -63,6 +63,37 @@ class SetTotal:
     mass: float | None
 
 
+@dataclass(frozen=True, slots=True)
+class GoneOn:
+    """The bed that a bed goes on from.
+
+    Attributes:
+        path: Name of its file; empty where that is not known.
+        hold: ``surface``: its spheres near the surface could move again; ``fixed``; or empty likewise.
+        earlier_count: Number of its spheres.
+        new_count: Number of spheres that were placed beside them.
+    """
+
+    path: str
+    hold: str
+    earlier_count: int
+    new_count: int
+
+    def line(self) -> str:
+        """Return both counts as text."""
+        source = f" of {self.path}" if self.path else ""
+        held = {"surface": ", its surface re-opened", "fixed": ", held where they were"}.get(self.hold, "")
+        return f"{self.earlier_count:,} earlier{source}{held}; {self.new_count:,} new"
+
+
+def gone_on(bed: Bed) -> GoneOn | None:
+    """Return what a bed goes on from; None where it does not."""
+    if bed.earlier is None:
+        return None
+    told, count = bed.provenance.get("start_from", {}), int(np.count_nonzero(bed.is_earlier))
+    return GoneOn(str(told.get("path", "")), str(told.get("hold", "")), count, bed.count - count)
+
+
 def zone_counts(zones: Sequence[ZoneOutcome]) -> tuple[ZoneCount, ...]:
     """Return what was asked of zones, and what was placed."""
     return tuple(

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array, read_only
 from packgen.census import Census, count_spheres
 from packgen.errors import ExportError
 from packgen.geometry import (
@@ -30,9 +30,9 @@ from packgen.geometry import (
 
 # Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
 __all__ = [
-    "AnyBed", "Ball", "Bed", "Box", "Census", "Cone", "Container", "Head", "Material", "Mesh", "ParticleSet",
-    "Polyhedron", "Shape", "Surface", "is_askew", "numbered", "pair_coefficient", "with_images",
-    "with_owned_images",
+    "AnyBed", "Ball", "Bed", "Box", "Census", "Cone", "Container", "EarlierBed", "Head", "Material", "Mesh",
+    "ParticleSet", "Polyhedron", "Shape", "Surface", "is_askew", "numbered", "pair_coefficient",
+    "with_images", "with_owned_images",
 ]  # fmt: skip
 
 UNKNOWN = "not known"  # what the provenance of a bed from elsewhere says of its walls
@@ -81,6 +81,20 @@ class ParticleSet:
     name: str
     density: float
     material: str
+
+
+@dataclass(frozen=True, slots=True)
+class EarlierBed:
+    """Which spheres were there before the others were placed; a solver may have left them with overlaps.
+
+    Attributes:
+        first_zone: Number of the zone from which on spheres are of it.
+        tolerance: Largest overlap of two of its spheres, or of one with a wall, as a fraction of the smaller
+            radius; None: any.
+    """
+
+    first_zone: int
+    tolerance: float | None
 
 
 class Head:
@@ -146,6 +160,7 @@ class Bed(Head):
         provenance: Version, scene, seed, effective settings; plain data that JSON can hold.
         body_index: Body of each sphere, shape (N,), int32: spheres of one body may overlap each other. None:
             each sphere is a body.
+        earlier: The bed that was there before, where this one goes on from another; None: it does not.
     """
 
     position: Float64Array
@@ -161,6 +176,7 @@ class Bed(Head):
     tolerance: float | None = 1.0e-6
     provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     body_index: Int32Array | None = None
+    earlier: EarlierBed | None = None
     _census: Census | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -218,6 +234,13 @@ class Bed(Head):
     def count(self) -> int:
         """Number of spheres."""
         return len(self.radius)
+
+    @property
+    def is_earlier(self) -> BoolArray:
+        """Which spheres were there before the others were placed, shape (N,), bool."""
+        if self.earlier is None:
+            return np.zeros(self.count, dtype=bool)
+        return np.asarray(self.zone_index >= self.earlier.first_zone)
 
     @property
     def density(self) -> Float64Array:

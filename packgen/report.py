@@ -11,9 +11,11 @@ from types import MappingProxyType
 from typing import Any
 
 from packgen.amounts import (
+    GoneOn,
     SetTotal,
     ZoneCount,
     ZoneOutcome,
+    gone_on,
     mass_text,
     set_totals,
     unfilled,
@@ -83,6 +85,7 @@ class Measures:
             of a bed that rests on nothing, and of spheres joined to bodies.
         jamming: How the bed is jammed, and the proof; None of other algorithms than JAMMED.
         settling: How a solver settled the bed, and the bed before and after; None where none did.
+        start_from: Spheres that were there before, and new ones; None of a bed that goes on from no other.
     """
 
     sphere_count: int
@@ -103,6 +106,7 @@ class Measures:
     stands_at_friction: Standing | None
     jamming: Jamming | None = None
     settling: Settling | None = None
+    start_from: GoneOn | None = None
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
@@ -160,16 +164,20 @@ class Report(Measures):
         solid, check = self.solid_fraction, self.overlap
         asked = [zone.asked for zone in self.zones]
         known = [number for number in asked if number is not None]
-        wanted = f" of {sum(known):,}" if len(known) == len(asked) and known else ""
+        before = 0 if self.start_from is None else self.start_from.earlier_count
+        wanted = f" of {before + sum(known):,}" if len(known) == len(asked) and known else ""
         tolerance = f"tolerance {'none' if check.tolerance is None else f'{check.tolerance:.3g}'}"
         if self.settling is not None:
             tolerance = self.settling.allowed()
+        elif check.new is not None:
+            tolerance = f"of new ones {check.new.overlap_max:.3g} r, {tolerance}"
         packing = self.close_packing
         beside = f", {packing.reached:.2f} of its random close packing" if packing else ""
         by_core = solid.core is not None
         walls = self.settings.get("walls") != UNKNOWN
         rows = [
             ("spheres", f"{self.sphere_count:,}{wanted}"),
+            *([] if self.start_from is None else [("start_from", self.start_from.line())]),
             ("mass", mass_text(self.sets)),
             ("solid fraction, filled volume", f"{solid.filled:.4f}{'' if by_core else beside}"),
             ("solid fraction, core", f"{solid.core:.4f}{beside}" if by_core else solid.core_rule),
@@ -280,10 +288,7 @@ def measure_bed(
     """
     found = check if check is not None else check_bed(bed)
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
-    compared = [
-        sizes(each.name, bed.radius[bed.set_index == index], by_law[index])
-        for index, each in enumerate(bed.particle_sets)
-    ]
+    compared = [_sizes(bed, index, law) for index, law in enumerate(by_law)]
     core = core_of(bed)
     # Each is a search of its own; the arrays they work through are long enough to leave the interpreter free.
     with ThreadPoolExecutor(threads or free_cores()) as pool:
@@ -317,8 +322,16 @@ def measure_bed(
         order=order.result(),
         step_zero=forces.result(),
         stands_at_friction=stands.result(),
+        start_from=gone_on(bed),
         jamming=None if jamming is None else replace(jamming, crystal=order.result().crystal),
     )
+
+
+def _sizes(bed: Bed, index: int, law: SizeLaw | None) -> Sizes | None:
+    """Return the sizes of a set; those drawn from a law are the new ones, where others were there before."""
+    chosen, new = bed.set_index == index, ~bed.is_earlier
+    drawn = chosen & new if (chosen & new).any() else chosen
+    return sizes(bed.particle_sets[index].name, bed.radius[drawn], law if (drawn & new).any() else None)
 
 
 def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:

@@ -27,7 +27,7 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration", "AxisIndex", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
+    "Acceleration", "AxisIndex", "BedPath", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
     "Fractions", "Frequency", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name",
     "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point", "PoissonsRatio", "Positive",
     "PositiveLength", "Pressure", "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Velocity",
@@ -223,8 +223,24 @@ def _file(value: Any, info: ValidationInfo) -> Path:
     """Return the path of a readable file, relative to the scene's folder."""
     if not isinstance(value, str) or not value or not value.isprintable():
         raise ValueError("the path of a file, relative to the scene file")
+    return _readable(_in_folder(value, info))
+
+
+def _bed_file(value: Any, info: ValidationInfo) -> Path:
+    """Return the path of a file of spheres; of a result folder, that of its bed."""
+    if not isinstance(value, str) or not value or not value.isprintable():
+        raise ValueError("the path of a file of spheres or of a result folder, relative to the scene file")
+    path = _in_folder(value, info)
+    inside = path / "bed.npz"
+    return _readable(inside if inside.is_file() else path)
+
+
+def _in_folder(value: str, info: ValidationInfo) -> Path:
     folder = info.context["folder"] if info.context else Path()
-    path = Path(folder) / value
+    return Path(folder) / value
+
+
+def _readable(path: Path) -> Path:
     try:
         if path.is_dir():
             raise ValueError(f"a file, but {path} is a directory")
@@ -354,4 +370,5 @@ Name = Annotated[
     str, BeforeValidator(_name), WithJsonSchema({"type": "string", "pattern": f"^{_NAME.pattern}$"})
 ]
 FilePath = Annotated[Path, BeforeValidator(_file), WithJsonSchema({"type": "string", "minLength": 1})]
+BedPath = Annotated[Path, BeforeValidator(_bed_file), WithJsonSchema({"type": "string", "minLength": 1})]
 LengthUnit = Literal["m", "cm", "mm", "um", "in", "ft"]

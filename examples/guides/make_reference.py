@@ -48,6 +48,7 @@ KINDS = {
     "Acceleration": "acceleration > 0 [m/s2]",
     "AutoOrFlag": "auto, true or false",
     "AxisIndex": "0, 1, 2 or x, y, z",
+    "BedPath": "file of spheres or result folder, relative to the scene",
     "Count": "whole number > 0",
     "Density": "density > 0 [kg/m3]",
     "Direction": "x, y, z (up), -x, -y, -z, or the vector that points down",
@@ -77,6 +78,7 @@ KINDS = {
     "Seed": "whole number >= 0",
     "ShareOfSpace": "number between 0 and 1, or a mapping, see `solid_fraction`",
     "SolidVolume": "volume > 0 [m3]",
+    "StartFrom": "file of spheres or result folder, or a mapping, see `start_from`",
     "Tile": "auto, or a number >= 20 of largest diameters",
     "Tolerance": "number between 0 and 1",
     "Velocity": "[vx, vy, vz], velocities [m/s]",
@@ -97,6 +99,7 @@ SECTIONS = {
     "RotateSpec": "rotate",
     "LinearSpec": "linear",
     "VibrateSpec": "vibrate",
+    "StartSpec": "start_from",
     "ZoneSpec": "zones[]",
     "FractionSpec": "solid_fraction",
     "RatioSpec": "void_ratio",
@@ -238,7 +241,8 @@ def scene_part() -> Iterator[str]:
     yield keys_of(sets.SetKeys)
     yield "`radius_distribution`, and the keys that it takes besides:\n"
     rows = []
-    for model in sets.SetKeys.__subclasses__():
+    of_files = [each for each in sets.SetKeys.__subclasses__() if each.__module__ == sets.__name__]
+    for model in of_files:
         own = {
             name: field for name, field in model.model_fields.items() if name not in sets.SetKeys.model_fields
         }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from packgen.arrange.crew import Alone, Crew
-from packgen.arrange.spheres import Spheres
+from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrays import Float64Array
 from packgen.geometry import Container, Shape, Slice
 from packgen.jamming import Jamming
@@ -108,6 +108,7 @@ class ZoneTask:
         gap: Least distance between surfaces; only of algorithms that keep one.
         core_fraction: Solid fraction that its core would have with equal spheres; only of algorithms that
             make beds looser or denser. None: friction decides.
+        loose_count: How many of the spheres at rest, the first ones, may move again near the surface.
     """
 
     index: int
@@ -119,6 +120,7 @@ class ZoneTask:
     setting: Setting
     gap: Gap = Gap()
     core_fraction: float | None = None
+    loose_count: int = 0
 
     def generator(self) -> np.random.Generator:
         """Return a new source of randomness, the same one each time."""
@@ -136,6 +138,8 @@ class Task:
         on_progress: Called after each batch.
         crew: Who does the work of a bed that is divided into tiles.
         sink: Takes the spheres of such a bed, some at a time, which are then not returned; None: nobody does.
+        earlier: Spheres that are there before; their zones have numbers that none of ``zones`` has. They come
+            first among the spheres returned, in their order.
     """
 
     setting: Setting
@@ -144,6 +148,7 @@ class Task:
     on_progress: Listener = no_listener
     crew: Crew = field(default_factory=Alone)
     sink: Sink | None = None
+    earlier: Spheres = field(default_factory=no_spheres)
 
     @property
     def container(self) -> Container:
@@ -207,11 +212,13 @@ class Filled:
         spheres: Those placed in it, batches counted from 0.
         supply: Those that found no place, and where the supply goes on.
         batch_count: Batches that were tried.
+        earlier: Centres of the spheres at rest [m], shape (N, 3), where some may have moved; None: none has.
     """
 
     spheres: Spheres
     supply: Supply
     batch_count: int
+    earlier: Float64Array | None = None
 
 
 FillZone = Callable[[ZoneTask, Spheres, np.random.Generator, Listener], Filled]

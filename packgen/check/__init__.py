@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from packgen.arrays import ExactSum, Float64Array, Int64Array
-from packgen.bed import Bed
+from packgen.arrays import BoolArray, ExactSum, Float64Array, Int64Array
+from packgen.bed import Bed, EarlierBed
 from packgen.check.pairs import near_pairs
 from packgen.check.parts import nearest_part_name
 from packgen.check.walls import wall_clearance
@@ -19,7 +19,26 @@ from packgen.part import Part
 
 PART_REACH = 2.0  # radii: how far from a sphere in a wall its part is looked for
 
-__all__ = ["Check", "Checker", "check_bed", "near_pairs", "wall_clearance"]
+__all__ = ["Check", "Checker", "NewOverlaps", "check_bed", "near_pairs", "wall_clearance"]
+
+
+@dataclass(frozen=True, slots=True)
+class NewOverlaps:
+    """Overlaps of the spheres that were placed beside others; fractions of the smaller radius.
+
+    Attributes:
+        overlap_max: Largest overlap of two spheres, one of which is new at least; 0 where none overlap.
+        worst_pair: The two spheres of that overlap; None where none overlap.
+        excess_count: Number of such pairs that overlap by more than the tolerance.
+        wall_overlap_max: Largest depth of a new sphere in a wall; 0 where none.
+        worst_wall_sphere: The sphere of that depth; None where none touches deeper than zero.
+    """
+
+    overlap_max: float
+    worst_pair: tuple[int, int] | None
+    excess_count: int
+    wall_overlap_max: float
+    worst_wall_sphere: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +58,10 @@ class Check:
             0.
         tolerance: Largest overlap asked for; None: whatever the optimiser left.
         worst_wall_part: Name of the part of the walls that is nearest to that sphere; None where it has none.
+        new: The overlaps of new spheres, where others were there before; None: all are new. Those may overlap
+            each other by ``earlier_tolerance``, the new ones nothing by more than ``tolerance``.
+        earlier_tolerance: Largest overlap of two spheres that were there before, or of one with a wall; None:
+            any.
     """
 
     overlap_max: float
@@ -52,13 +75,13 @@ class Check:
     invalid_count: int
     tolerance: float | None
     worst_wall_part: str | None = None
+    new: NewOverlaps | None = None
+    earlier_tolerance: float | None = None
 
     @property
     def within_tolerance(self) -> bool:
         """Whether every sphere is sound and inside, and no overlap exceeds the tolerance."""
-        sound = self.invalid_count == 0 and self.outside_count == 0
-        limit = np.inf if self.tolerance is None else self.tolerance
-        return bool(sound and self.overlap_max <= limit and self.wall_overlap_max <= limit)
+        return not self.faults()
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each thing that is wrong, naming the worst sphere; empty when all is well."""
@@ -74,20 +97,96 @@ class Check:
                 else f"{self.outside_count:,} spheres lie outside the container, "
                 f"sphere {self.worst_wall_sphere} farthest"
             )
-        if self.tolerance is not None and self.overlap_max > self.tolerance and self.worst_pair is not None:
+        if self.new is None:
+            return (*lines, *_excess(self, self.tolerance, self.worst_wall_part))
+        return (*lines, *_excess(self.new, self.tolerance), *self._earlier_excess(self.new))
+
+    def _earlier_excess(self, new: NewOverlaps) -> list[str]:
+        """Return a line for each limit that spheres that were there before break, and more than new ones."""
+        limit = self.earlier_tolerance
+        if limit is None:
+            return []
+        lines = []
+        if self.overlap_max > max(limit, new.overlap_max) and self.worst_pair is not None:
             first, second = self.worst_pair
-            pairs = "1 pair overlaps" if self.excess_count == 1 else f"{self.excess_count:,} pairs overlap"
             lines.append(
-                f"{pairs} by more than the tolerance {self.tolerance:.3g}, worst "
-                f"spheres {first} and {second}, by {self.overlap_max:.3g} of the smaller radius"
+                f"spheres {first} and {second}, which were there before, overlap by {self.overlap_max:.3g} "
+                f"of the smaller radius, limit {limit:.3g}"
             )
-        if self.tolerance is not None and self.wall_overlap_max > self.tolerance:
-            part = "" if self.worst_wall_part is None else f" {self.worst_wall_part}"
+        if self.wall_overlap_max > max(limit, new.wall_overlap_max):
             lines.append(
-                f"sphere {self.worst_wall_sphere} is in the wall{part} by {self.wall_overlap_max:.3g} of its "
-                f"radius, tolerance {self.tolerance:.3g}"
+                f"sphere {self.worst_wall_sphere}, which was there before, is in the wall by "
+                f"{self.wall_overlap_max:.3g} of its radius, limit {limit:.3g}"
             )
-        return tuple(lines)
+        return lines
+
+
+def _excess(found: Check | NewOverlaps, limit: float | None, part: str | None = None) -> list[str]:
+    """Return a line for each tolerance that overlaps exceed; ``part`` is that of the wall, where known."""
+    lines = []
+    if limit is not None and found.overlap_max > limit and found.worst_pair is not None:
+        first, second = found.worst_pair
+        pairs = "1 pair overlaps" if found.excess_count == 1 else f"{found.excess_count:,} pairs overlap"
+        lines.append(
+            f"{pairs} by more than the tolerance {limit:.3g}, worst "
+            f"spheres {first} and {second}, by {found.overlap_max:.3g} of the smaller radius"
+        )
+    if limit is not None and found.wall_overlap_max > limit:
+        lines.append(
+            f"sphere {found.worst_wall_sphere} is in the wall{'' if part is None else f' {part}'} by "
+            f"{found.wall_overlap_max:.3g} of its radius, tolerance {limit:.3g}"
+        )
+    return lines
+
+
+class _Worst:
+    """The deepest overlaps seen so far.
+
+    Args:
+        tolerance: Overlap beyond which pairs are counted; None: none is.
+    """
+
+    def __init__(self, tolerance: float | None) -> None:
+        self._limit = np.inf if tolerance is None else tolerance
+        self._excess = 0
+        self._overlap_max, self._pair = 0.0, (0, 0)
+        self._depth_max, self._in_wall = 0.0, 0
+
+    def see_pairs(self, first: Int64Array, second: Int64Array, overlap: Float64Array) -> None:
+        """Look at pairs by number, (P,) each; of equally deep ones that of the lowest numbers is worst."""
+        if len(overlap) == 0:
+            return
+        self._excess += int(np.count_nonzero(overlap > self._limit))
+        most = float(overlap.max())
+        if most < self._overlap_max or most <= 0.0:
+            return
+        deepest = np.flatnonzero(overlap == most)
+        ends = np.sort(np.stack([first[deepest], second[deepest]], axis=1), axis=1)
+        one, other = ends[np.lexsort((ends[:, 1], ends[:, 0]))[0]].tolist()
+        if most > self._overlap_max or (one, other) < self._pair:
+            self._overlap_max, self._pair = most, (one, other)
+
+    def see_depths(self, number: Int64Array, depth: Float64Array) -> int | None:
+        """Look at spheres by number, and at their depths in walls as fractions of the radius, (N,) each.
+
+        Returns:
+            Place of the deepest one; None: those seen before are as deep.
+        """
+        worst = int(depth.argmax()) if len(depth) else 0
+        if len(depth) == 0 or depth[worst] <= self._depth_max:
+            return None
+        self._depth_max, self._in_wall = float(depth[worst]), int(number[worst])
+        return worst
+
+    def found(self) -> NewOverlaps:
+        """Return them, in the form in which those of new spheres are told."""
+        return NewOverlaps(
+            overlap_max=self._overlap_max,
+            worst_pair=self._pair if self._overlap_max > 0.0 else None,
+            excess_count=self._excess,
+            wall_overlap_max=self._depth_max,
+            worst_wall_sphere=self._in_wall if self._depth_max > 0.0 else None,
+        )
 
 
 def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
@@ -100,7 +199,7 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     Returns:
         What was found; all zero for a bed without spheres.
     """
-    check = Checker(bed.tolerance)
+    check = Checker(bed.tolerance, bed.earlier)
     check.add(Part.whole(bed), clearance)
     return check.result()
 
@@ -110,15 +209,14 @@ class Checker:
 
     Args:
         tolerance: Largest overlap asked for; None: whatever the optimiser left.
+        earlier: The bed that was there before; None: all spheres are new.
     """
 
-    def __init__(self, tolerance: float | None) -> None:
-        self._tolerance = tolerance
-        self._limit = np.inf if tolerance is None else tolerance
+    def __init__(self, tolerance: float | None, earlier: EarlierBed | None = None) -> None:
+        self._tolerance, self._earlier = tolerance, earlier
         self._overlap_sum = ExactSum()
-        self._overlaps = self._excess = self._outside = self._invalid = 0
-        self._overlap_max, self._pair = 0.0, (0, 0)
-        self._depth_max, self._in_wall = 0.0, 0
+        self._overlaps = self._outside = self._invalid = 0
+        self._all, self._new = _Worst(tolerance), _Worst(tolerance)
         self._wall_part: str | None = None
 
     def add(self, part: Part, clearance: Float64Array | None = None) -> None:
@@ -131,6 +229,24 @@ class Checker:
         bed = part.bed
         sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
         index = np.flatnonzero(sound)
+        new = None if self._earlier is None else ~bed.is_earlier
+        self._see_pairs(part, index, new)
+        own = index[: int(np.searchsorted(index, part.own))]
+        self._invalid += part.own - len(own)
+        position, radius, number = bed.position[own], bed.radius[own], part.number[own]
+        found = wall_clearance(bed.container, position, radius) if clearance is None else clearance[own]
+        self._outside += int(np.count_nonzero(found < 0.0))
+        depth = 1.0 - found / radius
+        worst = self._all.see_depths(number, depth)
+        if worst is not None:
+            reach = PART_REACH * float(radius[worst])
+            self._wall_part = nearest_part_name(bed.container, position[worst], reach)
+        if new is not None:
+            self._new.see_depths(number[new[own]], depth[new[own]])
+
+    def _see_pairs(self, part: Part, index: Int64Array, new: BoolArray | None) -> None:
+        """Look at all pairs of a part's sound spheres, (S,), that count here; ``new`` has shape (N,)."""
+        bed = part.bed
         whole = len(index) == bed.count
         position, radius = (bed.position, bed.radius) if whole else (bed.position[index], bed.radius[index])
         body_index = None if bed.body_index is None else bed.body_index[index]
@@ -140,49 +256,31 @@ class Checker:
             if not part.is_whole:
                 counted = part.counted(first, second)
                 first, second, overlap = first[counted], second[counted], overlap[counted]
-            self._note_pairs(part.number[first], part.number[second], overlap)
-        own = int(np.searchsorted(index, part.own))
-        self._invalid += part.own - own
-        position, radius, number = position[:own], radius[:own], part.number[index[:own]]
-        found = (
-            wall_clearance(bed.container, position, radius) if clearance is None else clearance[index[:own]]
-        )
-        self._outside += int(np.count_nonzero(found < 0.0))
-        depth = 1.0 - found / radius
-        worst = int(depth.argmax()) if len(depth) else 0
-        if len(depth) and depth[worst] > self._depth_max:
-            self._depth_max, self._in_wall = float(depth[worst]), int(number[worst])
-            reach = PART_REACH * float(radius[worst])
-            self._wall_part = nearest_part_name(bed.container, position[worst], reach)
-
-    def _note_pairs(self, first: Int64Array, second: Int64Array, overlap: Float64Array) -> None:
-        """Count pairs that touch or overlap; of equally deep ones that of the lowest numbers is the worst."""
-        if len(overlap) == 0:
-            return
-        self._overlap_sum.add(overlap)
-        self._overlaps += int(np.count_nonzero(overlap > 0.0))
-        self._excess += int(np.count_nonzero(overlap > self._limit))
-        most = float(overlap.max())
-        if most < self._overlap_max or most <= 0.0:
-            return
-        deepest = np.flatnonzero(overlap == most)
-        ends = np.sort(np.stack([first[deepest], second[deepest]], axis=1), axis=1)
-        one, other = ends[np.lexsort((ends[:, 1], ends[:, 0]))[0]].tolist()
-        if most > self._overlap_max or (one, other) < self._pair:
-            self._overlap_max, self._pair = most, (one, other)
+            if len(overlap) == 0:
+                continue
+            self._overlap_sum.add(overlap)
+            self._overlaps += int(np.count_nonzero(overlap > 0.0))
+            self._all.see_pairs(part.number[first], part.number[second], overlap)
+            if new is not None:
+                chosen = new[first] | new[second]
+                ends = part.number[first[chosen]], part.number[second[chosen]]
+                self._new.see_pairs(*ends, overlap[chosen])
 
     def result(self) -> Check:
         """Return what was found of all parts."""
+        worst, earlier = self._all.found(), self._earlier
         return Check(
-            overlap_max=self._overlap_max,
-            worst_pair=self._pair if self._overlap_max > 0.0 else None,
+            overlap_max=worst.overlap_max,
+            worst_pair=worst.worst_pair,
             overlap_mean=float(self._overlap_sum.exact() / self._overlaps) if self._overlaps else 0.0,
             overlap_count=self._overlaps,
-            excess_count=self._excess,
-            wall_overlap_max=self._depth_max,
-            worst_wall_sphere=self._in_wall if self._depth_max > 0.0 else None,
+            excess_count=worst.excess_count,
+            wall_overlap_max=worst.wall_overlap_max,
+            worst_wall_sphere=worst.worst_wall_sphere,
             outside_count=self._outside,
             invalid_count=self._invalid,
             tolerance=self._tolerance,
             worst_wall_part=self._wall_part,
+            new=None if earlier is None else self._new.found(),
+            earlier_tolerance=None if earlier is None else earlier.tolerance,
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int64Array
+from packgen.arrays import BoolArray, Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
 from packgen.check.parts import nearest_part_name
@@ -49,13 +49,17 @@ class FaultNamer:
         """Look at a part; clearance is that of its own spheres, shape (own,)."""
         bed = part.bed
         depth = 1.0 - clearance / bed.radius[: part.own]
-        in_wall = _deepest(depth, self._tolerance)
+        earlier = bed.is_earlier
+        # Spheres that a solver has left before may overlap each other and walls by more.
+        soft = self._tolerance if bed.earlier is None else _limit(bed.earlier.tolerance)
+        may_be_in_wall = earlier[: part.own] & (clearance >= 0.0)
+        in_wall = _deepest(depth, np.where(may_be_in_wall, soft, self._tolerance))
         self._count += len(in_wall)
         for each in in_wall[:NAMED_MAX].tolist():
             deep = f"in the wall{_part(bed, each)} by {depth[each]:.3g} of its radius"
             where = "outside the container" if clearance[each] < 0.0 else deep
             self._found.append((depth[each], f"{self._named(part, each)} is {where}"))
-        first, second, overlap, pairs = _worst_pairs(part, self._tolerance)
+        first, second, overlap, pairs = _worst_pairs(part, self._tolerance, soft, earlier)
         self._count += pairs
         for one, other, deep in zip(first.tolist(), second.tolist(), overlap.tolist(), strict=True):
             pair = f"{self._named(part, one)} and {self._named(part, other)}"
@@ -82,14 +86,27 @@ def _part(bed: Bed, place: int) -> str:
     return "" if name is None else f" {name}"
 
 
-def _deepest(depth: Float64Array, limit: float) -> Int64Array:
-    """Return the places of depths above a limit, the largest first."""
+def _limit(tolerance: float | None) -> float:
+    return np.inf if tolerance is None else tolerance
+
+
+def _deepest(depth: Float64Array, limit: Float64Array) -> Int64Array:
+    """Return the places of depths above their limits, both (N,), the largest first."""
     found = np.flatnonzero(depth > limit)
     return found[np.argsort(-depth[found], kind="stable")].astype(np.int64)
 
 
-def _worst_pairs(part: Part, limit: float) -> tuple[Int64Array, Int64Array, Float64Array, int]:
-    """Return the deepest pairs, at most twenty: both spheres and the overlap of each, and how many exceed."""
+def _worst_pairs(
+    part: Part, limit: float, soft: float, earlier: BoolArray
+) -> tuple[Int64Array, Int64Array, Float64Array, int]:
+    """Return the deepest pairs, at most twenty: both spheres and the overlap of each, and how many exceed.
+
+    Args:
+        part: The part of a bed.
+        limit: Largest overlap that is no fault.
+        soft: The one of two spheres that were there before.
+        earlier: Which spheres were, shape (N,).
+    """
     bed = part.bed
     kept = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     count = 0
@@ -97,7 +114,7 @@ def _worst_pairs(part: Part, limit: float) -> tuple[Int64Array, Int64Array, Floa
         overlap = -pairs.gap / np.minimum(bed.radius[pairs.first], bed.radius[pairs.second])
         if not part.is_whole:
             overlap[~part.counted(pairs.first, pairs.second)] = -np.inf
-        worst = _deepest(overlap, limit)
+        worst = _deepest(overlap, np.where(earlier[pairs.first] & earlier[pairs.second], soft, limit))
         count += len(worst)
         worst = worst[:NAMED_MAX]
         kept.append((pairs.first[worst], pairs.second[worst], overlap[worst]))

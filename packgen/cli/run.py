@@ -61,7 +61,7 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
     watch = Stopwatch()
     with watch.stage("scene"):
         plan = make_plan(options)
-    folder = ResultFolder(plan.target, force=options.force, keep=(plan.scene.path,))
+    folder = ResultFolder(plan.target, force=options.force, keep=_inputs(plan.scene))
     with folder, parts_of(options) as parts:
         vessel = _load(plan, options, watch)
         with crew_of(options, plan.scene, parts, ending) as crew:
@@ -93,6 +93,11 @@ def run_scene(options: RunOptions, ending: Ending) -> int:
         say_json(summary(json.loads(report.as_json()), str(folder.target), code))
     conclude(report, folder, verdict=verdict, quiet=options.quiet or options.json)
     return code
+
+
+def _inputs(scene: Scene) -> tuple[Path, ...]:
+    """Return the files that must not be in the result folder, which is replaced."""
+    return (scene.path,) if scene.start_from is None else (scene.path, scene.start_from.path)
 
 
 def _load(plan: Plan, options: RunOptions, watch: Stopwatch) -> _Vessel:
@@ -181,7 +186,8 @@ def _measure(
     from packgen.pieces import PieceBed
     from packgen.report import measure_bed
 
-    laws = [each.distribution for each in scene.particle_sets]
+    by_name = {each.name: each.distribution for each in scene.particle_sets}
+    laws = [by_name.get(each.name) for each in bed.particle_sets]
     if isinstance(bed, PieceBed):
         from packgen.report_in_pieces import check_pieces, left_out, measure_pieces
 

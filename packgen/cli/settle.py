@@ -185,10 +185,18 @@ def with_settling(measures: Measures, outcome: Outcome, state: str, watch: Stopw
 
 
 def limits_of(scene: Scene, outcome: Outcome) -> Limits:
-    """Return the limits of a validation: forces in a settled bed are those that hold it, and no fault."""
+    """Return the limits of a validation: forces in a settled bed are those that hold it, and no fault.
+
+    So are those in a bed that goes on from one that a solver has settled.
+    """
+    from packgen.bed import Bed
     from packgen.validation import Limits
 
     limits = Limits(**scene.validation.model_dump())
-    if outcome.settled is None or "force_limit" in scene.validation.model_fields_set:
+    bed, held = outcome.bed, outcome.settled is not None
+    if isinstance(bed, Bed):  # one in pieces goes on from no other
+        told = bed.provenance.get("start_from", {})
+        held |= told.get("overlap_max", 0.0) > (bed.tolerance or 0.0)
+    if not held or "force_limit" in scene.validation.model_fields_set:
         return limits
     return replace(limits, force_limit=None)

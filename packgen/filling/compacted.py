@@ -124,6 +124,11 @@ def _unsupported(scene: Scene, container: Container, locations: Sequence[Locatio
             "found a location, expected none: only the bed of a whole container is compacted; leave one of "
             "both out"
         )
+    if scene.start_from is not None:
+        faults.append(
+            "found start_from, expected none: a bed that goes on from another is not compacted as a whole; "
+            "leave one of both out"
+        )
     if getattr(scene.params, "tile", None) is not None:
         faults.append("found tiles, expected none: not supported yet; leave one of both out")
     if (instead := getattr(scene.params, "instead", None)) is not None:

@@ -139,7 +139,7 @@ def _made(ready: Prepared, core_fraction: float | None = None, number: int = 0) 
     task = ready.task(core_fraction, number)
     arranged = ready.algorithm(task)
     outcome = arranged if isinstance(arranged, Outcome) else Outcome(arranged, task.container)
-    return _Made(task, outcome, _bed(ready.scene, outcome))
+    return _Made(task, outcome, _bed(ready, outcome))
 
 
 def zone_results(
@@ -161,9 +161,11 @@ def zone_results(
     )
 
 
-def _bed(scene: Scene, outcome: Outcome) -> Bed:
-    spheres = outcome.spheres
+def _bed(ready: Prepared, outcome: Outcome) -> Bed:
+    scene, earlier, spheres = ready.scene, ready.earlier, outcome.spheres
     provenance = provenance_of(scene)
+    if earlier is not None:
+        provenance["start_from"] = earlier.told
     if outcome.jamming is not None:
         provenance["jamming"] = asdict(outcome.jamming)
     return Bed(
@@ -172,6 +174,7 @@ def _bed(scene: Scene, outcome: Outcome) -> Bed:
         scene.tolerance,
         provenance,
         spheres.body_index,
+        None if earlier is None else earlier.mark,
     )  # fmt: skip
 
 

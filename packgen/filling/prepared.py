@@ -11,11 +11,13 @@ import numpy as np
 
 from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.registry import find
+from packgen.arrange.spheres import no_spheres
 from packgen.arrange.task import Algorithm, Listener, Setting, Task, ZoneTask, no_listener
 from packgen.container.load import load_container
 from packgen.errors import PackingError
 from packgen.filling.compacted import Aim, aim_of, falls, friction_of
 from packgen.filling.densities import Density, densities, gap_of
+from packgen.filling.earlier import Earlier, earlier_bed
 from packgen.filling.fit import checked_locations
 from packgen.filling.periods import check_periods
 from packgen.filling.room import Locations
@@ -39,6 +41,7 @@ class Prepared:
         algorithm: What packs it.
         setting: What all of its zones share.
         locations: What bounds each zone beside the container.
+        earlier: The bed that it goes on from; None: it does not.
         crew: Who does the work.
         on_progress: Called after each batch.
         warnings: A line for each thing that looks wrong.
@@ -51,6 +54,7 @@ class Prepared:
     algorithm: Algorithm
     setting: Setting
     locations: Sequence[Locations]
+    earlier: Earlier | None
     crew: Crew
     on_progress: Listener
     warnings: tuple[str, ...]
@@ -69,6 +73,8 @@ class Prepared:
         first, *of_supplies = np.random.SeedSequence(scene.seed).spawn(len(scene.zones) + 1)
         # The first zone goes on with the seed of the whole, so that a scene of one zone has one source.
         seeds = [first, *first.spawn(len(scene.zones) - 1)]
+        before = no_spheres() if self.earlier is None else self.earlier.spheres
+        loose_count = len(before) if self.earlier is not None and self.earlier.loose else 0
         zones = []
         for index, zone in enumerate(scene.zones):
             supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
@@ -76,13 +82,14 @@ class Prepared:
             zones.append(
                 ZoneTask(
                     index, mark, self.locations[index], supply, friction, seeds[index], self.setting,
-                    gap_of(zone), core_fraction,
+                    gap_of(zone), core_fraction, loose_count,
                 )
             )  # fmt: skip
         widest = max(float(each.gap.half(np.array(each.supply.radius_max))) for each in zones)
         check_periods(self.scene, self.setting.container, widest)
         tell = _of_try(self.on_progress, number)
-        return Task(self.setting, tuple(zones), np.random.default_rng(first), tell, self.crew)
+        rng = np.random.default_rng(first)
+        return Task(self.setting, tuple(zones), rng, tell, self.crew, earlier=before)
 
 
 def prepared(
@@ -113,6 +120,7 @@ def prepared(
     # A wrong unit makes spheres soft, too: it is told first.
     locations = checked_locations(scene, container, tell)
     plain, aim = aim_of(scene, container, locations)
+    earlier = earlier_bed(scene, container, tell)
     asked, wanted = densities(plain, container, locations)
     for line in check_softness(scene, container, for_solver=for_solver):
         tell(line)
@@ -122,8 +130,10 @@ def prepared(
     down = floor_direction(gravity, container.periodic)
     down = gravity / length(gravity) if down is None else down
     setting = Setting(container, down, scene.params, threads, device)
+    if earlier is not None:
+        asked, scene = earlier.joined(asked), earlier.scene
     return Prepared(
-        scene, asked, wanted, aim, algorithm, setting, locations, crew or Alone(),
+        scene, asked, wanted, aim, algorithm, setting, locations, earlier, crew or Alone(),
         on_progress or no_listener, tuple(warnings),
     )  # fmt: skip
 

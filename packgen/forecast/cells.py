@@ -135,6 +135,10 @@ class Cells:
             chosen = self._belonging(wide, chosen)
         return chosen
 
+    def below(self, altitude: float) -> np.ndarray:
+        """Return which cells of the container are below an altitude [m], shape (nu, nv, nz)."""
+        return np.asarray(self.inside & (self._edge[:-1] < altitude))
+
     def take(self, index: int, part: np.ndarray, wanted: float | None, *, mark: bool = True) -> Taken:
         """Fill a part of the container from below.
 

@@ -15,10 +15,12 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.container.load import load_location
+from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackgenError
 from packgen.filling.compacted import aim_of, falls, friction_of
 from packgen.filling.densest import Sizes, together
 from packgen.filling.densities import Density, densities, gap_of
+from packgen.filling.earlier import Earlier, earlier_bed
 from packgen.filling.fit import asked_of, checked_locations
 from packgen.filling.periods import check_periods
 from packgen.filling.remarks import remarks_of_amounts
@@ -138,6 +140,7 @@ def forecast(
         float(gap_of(zone).half(np.array(asked_of(zone, asked).sizes.radius_max))) for zone in asked.zones
     )
     check_periods(scene, container, reach)
+    earlier = earlier_bed(scene, container, tell)
     zones = _zones(asked, locations, wanted)
     if aim is not None:
         zones = [replace(zone, core=aim.first) for zone in zones]
@@ -145,7 +148,7 @@ def forecast(
             tell(warning)
     for line in remarks_of_amounts(asked, zones):
         tell(line)
-    found = _fill(scene, container, zones)
+    found = _fill(scene, container, zones, earlier)
     for line in found.warnings:
         tell(line)
     counts = [each.sphere_count for each in found.zones]
@@ -228,14 +231,20 @@ class _Filled:
     factor: float | None = None
 
 
-def _fill(scene: Scene, container: Container, zones: Sequence[_Zone]) -> _Filled:
-    """Fill the zones one after the other."""
+def _fill(
+    scene: Scene, container: Container, zones: Sequence[_Zone], earlier: Earlier | None = None
+) -> _Filled:
+    """Fill the zones one after the other, on top of the bed that is there before."""
     gravity = np.asarray(scene.gravity_direction, float)
     floor = floor_direction(gravity, container.periodic)
     level = floor is not None and scene.gravity > 0.0
     down = gravity / length(gravity) if floor is None else floor
     cells = Cells(container, down, [(zone.locations, zone.reach) for zone in zones])
     base = cells.take(0, cells.inside, 0.0, mark=False).bottom
+    if earlier is not None:
+        solid = float((UNIT_VOLUME * earlier.spheres.radius**3).sum())
+        top = float((earlier.spheres.position @ -down + earlier.spheres.radius).max())
+        cells.take(len(zones), cells.below(top), solid / BED)
     filled = _Filled(-down)
     for index, zone in enumerate(zones):
         place, part = _place(scene, index), cells.within(zone.locations, zone.reach)

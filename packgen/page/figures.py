@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from packgen.bed import UNKNOWN
@@ -40,17 +40,22 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
         report: Content of ``report.json``.
     """
     asked = [zone["asked"] for zone in report["zones"]]
+    gone_on, new = report.get("start_from"), report["overlap"].get("new")
+    before = 0 if gone_on is None else gone_on["earlier_count"]
     known = bool(asked) and None not in asked
     walls = report["settings"].get("walls") != UNKNOWN
     complete = all(zone["asked"] is None or zone["placed"] >= zone["asked"] for zone in report["zones"])
     overlap, solid = report["overlap"], report["solid_fraction"]
     limit, kind = overlap["tolerance"], "DEM bed, " if report.get("settling") else ""
+    if new is not None:  # spheres that were there before may overlap each other by more
+        limit, kind = overlap["earlier_tolerance"], "DEM bed, "
     figures = [
         Figure(
             "Spheres", f"{report['sphere_count']:,}",
-            f"{sum(asked):,}" if known else "until full" if asked else "",
+            f"{before + sum(asked):,}" if known else "until full" if asked else "",
             _verdict(complete) if asked else "", "sphere_count", report["sphere_count"],
         ),
+        *_of_new(overlap),
         _bounded("Largest overlap of two spheres", overlap, "overlap_max", limit, kind),
         *(_of_walls(overlap, limit, kind) if walls else [Figure("Walls", UNKNOWN, verdict="not judged")]),
         Figure("Mass", mass_text(_total([each["mass"] for each in report["sets"]]))),
@@ -163,6 +168,16 @@ def _bounded(label: str, overlap: Mapping[str, Any], name: str, limit: float | N
     asked = kind + ("no limit" if limit is None else f"at most {limit:.3g} r")
     verdict = "" if limit is None else _verdict(value <= limit)
     return Figure(label, f"{value:.3g} r", asked, verdict, f"overlap.{name}", value)
+
+
+def _of_new(overlap: Mapping[str, Any]) -> list[Figure]:
+    """Return the figures of the new spheres of a bed that goes on from another."""
+    if overlap.get("new") is None:
+        return []
+    label, limit = "Largest overlap of a new sphere", overlap["tolerance"]
+    pair = _bounded(label, overlap["new"], "overlap_max", limit, "")
+    wall = _bounded(f"{label} with a wall", overlap["new"], "wall_overlap_max", limit, "")
+    return [replace(each, key=f"overlap.new.{each.key.split('.')[1]}") for each in (pair, wall)]
 
 
 def _of_walls(overlap: Mapping[str, Any], limit: float | None, kind: str) -> list[Figure]:

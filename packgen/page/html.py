@@ -95,6 +95,8 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]
     if "read_from" in settings:
         rows.append(("Read from", f"{settings['read_from']}, {settings.get('format', '')}"))
+    if report.get("start_from") is not None:
+        rows.append(("Goes on from", _gone_on(report["start_from"])))
     rows += _reshaped(settings)
     params = inner.get("params", {})
     if params.get("optimizer") and "algorithm" in settings:
@@ -117,6 +119,11 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("Peak memory", f"{report['peak_memory'] / 1e6:,.0f} MB"))
     rows.append(("Files", ", ".join(report["files"])))
     return rows
+
+
+def _gone_on(told: Mapping[str, Any]) -> str:
+    held = {"surface": ", surface re-opened", "fixed": ", held where they were"}.get(told["hold"], "")
+    return f"{told['path']}: {told['earlier_count']:,} spheres{held}; {told['new_count']:,} new"
 
 
 def _reshaped(settings: Mapping[str, Any]) -> list[tuple[str, str]]:

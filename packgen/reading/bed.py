@@ -19,7 +19,7 @@ from packgen.container.primitives import box_surface
 from packgen.errors import ReadError
 from packgen.geometry import Box, Container
 from packgen.reading.detect import read_spheres
-from packgen.reading.known import known_by_provenance, known_by_scene
+from packgen.reading.known import earlier_by_provenance, known_by_provenance, known_by_scene
 from packgen.reading.plausible import refuse_other_units, size_remark
 from packgen.reading.sets import sets_of, with_densities
 from packgen.reading.spheres import SphereFile
@@ -128,6 +128,7 @@ def complete_bed(
         TOLERANCE if not known.source else known.tolerance,
         provenance_of(spheres.path, spheres.format, known.provenance, walls_known=vessel.walls_known),
         spheres.body_index,
+        None if zones is None else earlier_by_provenance(spheres.provenance),
     )  # fmt: skip
 
 

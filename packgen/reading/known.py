@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Material, ParticleSet
+from packgen.bed import EarlierBed, Material, ParticleSet
 from packgen.geometry import Container
 from packgen.geometry.scaling import scaled_container
 
@@ -77,6 +77,16 @@ def known_by_provenance(provenance: Mapping[str, Any], *, meshes: bool = False) 
         return _known_by_settings(provenance, settings, meshes=meshes)
     except (KeyError, TypeError, ValueError, AttributeError):  # of another version, or by somebody else
         return Known()
+
+
+def earlier_by_provenance(provenance: Mapping[str, Any]) -> EarlierBed | None:
+    """Return which spheres ``bed.npz`` says were there before the others; None where it says nothing."""
+    told = provenance.get("start_from")
+    if not isinstance(told, Mapping):
+        return None
+    first, tolerance = told.get("first_zone"), told.get("tolerance")
+    sound = isinstance(first, int) and (tolerance is None or isinstance(tolerance, float))
+    return EarlierBed(first, tolerance) if sound and isinstance(first, int) else None
 
 
 def _known_by_settings(provenance: Mapping[str, Any], settings: Mapping[str, Any], *, meshes: bool) -> Known:

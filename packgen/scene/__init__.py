@@ -10,6 +10,7 @@ from packgen.scene.models import (
     MaterialSpec,
     SliceSpec,
     SphereSpec,
+    StartSpec,
     ValidationSpec,
     ZoneSpec,
 )
@@ -18,5 +19,5 @@ from packgen.scene.sets import ParticleSetSpec, SetKeys
 __all__ = [
     "DEFAULT_MATERIAL", "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec",
     "LocationSpec", "MaterialSpec", "ParticleSetSpec", "Scene", "SetKeys", "SliceSpec",
-    "SphereSpec", "ValidationSpec", "ZoneSpec", "load_scene",
+    "SphereSpec", "StartSpec", "ValidationSpec", "ZoneSpec", "load_scene",
 ]  # fmt: skip

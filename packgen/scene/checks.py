@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from packgen.arrange.registry import DEFAULT, find
+from packgen.arrange.registry import BUILTIN, DEFAULT, find
 from packgen.distributions import Listed
 from packgen.errors import PackingError
 from packgen.scene.document import SceneFile
@@ -18,7 +18,7 @@ from packgen.scene.models import AMOUNTS, FRACTIONS, ZoneSpec
 from packgen.scene.yamlmarks import Location
 from packgen.supply.shares import expected_count, number_shares
 
-__all__ = ["across", "fill_proportions", "of_amounts"]
+__all__ = ["across", "algorithm_of", "fill_proportions", "of_amounts", "of_start", "ways_to_hold"]
 
 
 def across(data: dict[str, Any]) -> list[Fault]:
@@ -159,6 +159,34 @@ def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
                 expected += f"the file of radii has {law.count} spheres"
                 faults.append(Fault(("zones", index, key), getattr(zone, key), expected))
     return faults
+
+
+def of_start(document: SceneFile) -> list[Fault]:
+    """Return what an algorithm cannot do with the bed that is there before."""
+    start, algorithm = document.start_from, algorithm_of(document.algorithm, document.params)
+    if start is None:
+        return []
+    ways = ways_to_hold(algorithm)
+    if not ways:
+        others = [each for each in BUILTIN if ways_to_hold(each)]
+        expected = f"none: not supported yet by {algorithm}; leave it out, or take {' or '.join(others)}"
+        return [Fault(("start_from",), Said(start.path.name), expected)]
+    if start.hold is not None and start.hold not in ways:
+        expected = f"{' or '.join(ways)}: {algorithm} moves no sphere that is there before"
+        return [Fault(("start_from", "hold"), start.hold, expected)]
+    return []
+
+
+def algorithm_of(name: str, params: Any) -> str:
+    """Return the name of the algorithm that arranges: settings may choose another one in its place."""
+    instead = getattr(type(params), "instead", None)
+    return (params.instead if instead is not None else None) or name
+
+
+def ways_to_hold(algorithm: str) -> tuple[str, ...]:
+    """Return how an algorithm can hold a bed that is there before, its usual way first; none: not at all."""
+    ways: tuple[str, ...] = getattr(find(algorithm).params, "holds", ())
+    return ways
 
 
 def _shared_files(sets: Sequence[Any], zones: tuple[ZoneSpec, ...]) -> list[Fault]:

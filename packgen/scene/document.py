@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model, model_validator
 
 from packgen.arrange.registry import DEFAULT
-from packgen.scene.models import ContainerSpec, MaterialSpec, ValidationSpec, ZoneSpec
+from packgen.scene.models import ContainerSpec, MaterialSpec, StartFrom, ValidationSpec, ZoneSpec
 from packgen.scene.sets import ParticleSetSpec
 from packgen.scene.walls import WallSpec
 from packgen.values import Acceleration, Direction, Flag, Keys, Name, Seed, Tolerance, Unit3
@@ -35,6 +35,7 @@ class SceneFile(Keys):
         seed: Seed of everything random.
         algorithm: Name of the algorithm, packgen's own or a plug-in's.
         params: Settings of the algorithm; each has its own.
+        start_from: A bed that is there before the zones are filled: a file of spheres, or a result folder.
         particle_sets: The kinds of spheres.
         materials: Materials for the solver decks, by name.
         allow_soft: ``allow_soft`` of every material.
@@ -50,6 +51,7 @@ class SceneFile(Keys):
     seed: Seed = 0
     algorithm: Name = DEFAULT
     params: Any = None
+    start_from: StartFrom | None = None
     particle_sets: Annotated[tuple[ParticleSetSpec, ...], AfterValidator(_not_empty)]
     materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
     allow_soft: Flag = False

@@ -18,10 +18,17 @@ from packgen.arrange.registry import DEFAULT, find
 from packgen.bed import Material
 from packgen.errors import PackingError, SceneError
 from packgen.scene.changes import Change, changed, parse_change, plain_data
-from packgen.scene.checks import across, fill_proportions, of_amounts
+from packgen.scene.checks import (
+    across,
+    algorithm_of,
+    fill_proportions,
+    of_amounts,
+    of_start,
+    ways_to_hold,
+)
 from packgen.scene.document import FreeParams, SceneFile, scene_file
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
-from packgen.scene.models import ContainerSpec, MaterialSpec, ValidationSpec, ZoneSpec
+from packgen.scene.models import ContainerSpec, MaterialSpec, StartSpec, ValidationSpec, ZoneSpec
 from packgen.scene.sets import SetKeys
 from packgen.scene.walls import WallSpec
 from packgen.scene.yamlmarks import MarkedData, path_location, read_yaml
@@ -58,6 +65,7 @@ class Scene:
         walls: Named parts of the walls, materials filled in.
         zones: The zones in the order of filling, proportions filled in.
         validation: Limits of a solver's verdict.
+        start_from: A bed that is there before, its ``hold`` filled in; None: there is none.
     """
 
     path: Path
@@ -76,6 +84,7 @@ class Scene:
     zones: tuple[ZoneSpec, ...]
     validation: ValidationSpec
     marked: MarkedData = field(repr=False, compare=False)
+    start_from: StartSpec | None = None
 
     def named(self, path: str) -> str:
         """Return ``file:line:column: path`` of a value such as ``zones[1].location``, each said once."""
@@ -87,7 +96,7 @@ class Scene:
 
     def model_dump(self, *, mode: str = "json") -> dict[str, Any]:
         """Return everything that shaped the bed, defaults filled in, as plain data; mode as in pydantic."""
-        own = isinstance(self.params, BaseModel)
+        own, start = isinstance(self.params, BaseModel), self.start_from
         walls = [each.model_dump(mode=mode, exclude_none=True) for each in self.walls]
         return {
             "container": self.container.model_dump(mode=mode, exclude_none=True),
@@ -102,7 +111,7 @@ class Scene:
             **({"walls": walls} if walls else {}),
             "zones": [each.model_dump(mode=mode, exclude_none=True) for each in self.zones],
             "validation": self.validation.model_dump(mode=mode),
-        }
+        } | ({} if start is None else {"start_from": start.model_dump(mode=mode, exclude_none=True)})
 
 
 def load_scene(source: Path | str | Mapping[str, Any], changes: Sequence[str | Change] = ()) -> Scene:
@@ -140,7 +149,7 @@ def load_scene(source: Path | str | Mapping[str, Any], changes: Sequence[str | C
     faults += unknown
     if not faults:
         zones = fill_proportions(document)
-        faults = of_amounts(document, zones)
+        faults = [*of_amounts(document, zones), *of_start(document)]
     if faults or wrong:
         raise SceneError([*wrong, *lines_of(faults, marked)])
     return _scene(path, document, zones, marked)
@@ -213,7 +222,17 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         zones=zones,
         validation=document.validation,
         marked=marked,
+        start_from=_start(document),
     )
+
+
+def _start(document: SceneFile) -> StartSpec | None:
+    """Return the bed that is there before, with the way in which the algorithm holds it."""
+    start = document.start_from
+    if start is None or start.hold is not None:
+        return start
+    usual, *_ = ways_to_hold(algorithm_of(document.algorithm, document.params))
+    return start.model_copy(update={"hold": usual})
 
 
 def _hidden_faults(

@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, model_validator
 from packgen.units import LENGTHS
 from packgen.values import (
     AxisIndex,
+    BedPath,
     Count,
     FilePath,
     Flag,
@@ -42,8 +43,8 @@ from packgen.values import (
 
 __all__ = [
     "AMOUNTS", "FRACTIONS", "BoxSpec", "ConeSpec", "ContainerSpec", "CylinderSpec", "FractionSpec", "GapSpec",
-    "LocationSpec", "MaterialSpec", "PrimitiveSpec", "RatioSpec", "SliceSpec", "SphereSpec", "ValidationSpec",
-    "ZoneSpec",
+    "LocationSpec", "MaterialSpec", "PrimitiveSpec", "RatioSpec", "SliceSpec", "SphereSpec", "StartFrom",
+    "StartSpec", "ValidationSpec", "ZoneSpec",
 ]  # fmt: skip
 
 AMOUNTS = ("n_particles", "volume", "mass")
@@ -299,6 +300,31 @@ class ZoneSpec(Keys):
         if self.void_ratio is not None:
             return FractionSpec(value=1.0 / (1.0 + self.void_ratio.value), of=self.void_ratio.of)
         return self.solid_fraction
+
+
+def _by_path(value: Any) -> Any:
+    """Return a plain path as the mapping that it stands for."""
+    return {"path": value} if isinstance(value, str) else value
+
+
+class StartSpec(Keys):
+    """A bed that is there before the zones are filled.
+
+    Attributes:
+        path: A file of spheres of any format that packgen reads, or a result folder.
+        hold: Whether its spheres near the surface move again with the first new ones (surface), or all stay
+            where they are (fixed). Left out: surface where the algorithm fills in layers, else fixed.
+        units: Unit of the file's lengths; left out: metres, unless they look like another unit.
+        step: Step of a dump, or of an XYZ file; left out: the last one.
+    """
+
+    path: BedPath
+    hold: Literal["surface", "fixed"] | None = None
+    units: LengthUnit | None = None
+    step: WholeNumber | None = None
+
+
+StartFrom = Annotated[StartSpec, BeforeValidator(_by_path), plainly(BedPath)]
 
 
 class MaterialSpec(Keys):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from packgen.bed import EarlierBed
 from packgen.check import check_bed, wall_clearance
 from packgen.geometry import Ball, Cone, Mesh, Polyhedron
 from tests.beds import (
@@ -181,3 +182,36 @@ def test_a_body_in_the_wall_is_as_wrong_as_a_sphere():
     assert check.overlap_count == 0
     assert check.wall_overlap_max == pytest.approx(0.1)
     assert check.worst_wall_sphere == 0
+
+
+def beside_earlier(position, tolerance=0.2):
+    """Spheres of radius 0.1, the first two of which were there before."""
+    zones = np.array([1, 1] + [0] * (len(position) - 2), np.int32)
+    container = box_container([0, 0, 0], [1, 1, 1])
+    return make_bed(position, 0.1, container, zone_index=zones, earlier=EarlierBed(1, tolerance))
+
+
+def test_spheres_that_were_there_before_may_overlap_each_other_and_walls_as_solvers_leave_them():
+    check = check_bed(beside_earlier([[0.095, 0.5, 0.5], [0.285, 0.5, 0.5], [0.7, 0.5, 0.5]]))
+    assert check.within_tolerance
+    assert (check.overlap_max, check.wall_overlap_max) == (pytest.approx(0.1), pytest.approx(0.05))
+    assert (check.new.overlap_max, check.new.wall_overlap_max, check.new.excess_count) == (0.0, 0.0, 0)
+
+
+def test_new_spheres_overlap_neither_those_that_were_there_before_nor_walls():
+    pair = check_bed(beside_earlier([[0.3, 0.5, 0.5], [0.49, 0.5, 0.5], [0.685, 0.5, 0.5]]))
+    assert pair.faults() == (
+        "1 pair overlaps by more than the tolerance 1e-06, worst spheres 1 and 2, by 0.05 of the smaller "
+        "radius",
+    )
+    wall = check_bed(beside_earlier([[0.3, 0.5, 0.5], [0.5, 0.5, 0.5], [0.5, 0.95, 0.5]]))
+    assert wall.faults() == ("sphere 2 is in the wall by 0.5 of its radius, tolerance 1e-06",)
+
+
+def test_spheres_that_were_there_before_have_a_limit_too():
+    position = [[0.05, 0.5, 0.5], [0.18, 0.5, 0.5], [0.7, 0.5, 0.5]]
+    assert check_bed(beside_earlier(position)).faults() == (
+        "spheres 0 and 1, which were there before, overlap by 0.7 of the smaller radius, limit 0.2",
+        "sphere 0, which was there before, is in the wall by 0.5 of its radius, limit 0.2",
+    )
+    assert check_bed(beside_earlier(position, None)).within_tolerance

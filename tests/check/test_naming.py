@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from packgen.bed import EarlierBed
 from packgen.check import wall_clearance
 from packgen.check.naming import named_faults
 from tests.beds import box_container, make_bed
@@ -41,3 +42,13 @@ def test_of_very_many_twenty_are_named_and_the_rest_counted():
     assert len(lines) == 21
     count = sum(7 / 39 * (j - i) < 1 for i in range(40) for j in range(i + 1, 40))
     assert lines[-1] == f"and {count - 20} more of these"
+
+
+def test_spheres_that_were_there_before_are_named_beyond_their_own_limit_only():
+    position = [[4, 4, 4], [4, 4, 4.95], [0.45, 2, 2], [6, 4, 4], [6, 4.95, 4], [4, 4, 5.9]]
+    zones = np.array([1, 1, 1, 0, 0, 0], np.int32)
+    assert sorted(faults(position, zone_index=zones, earlier=EarlierBed(1, 0.2))) == [
+        "sphere 1 at (4, 4, 4.95) and sphere 5 at (4, 4, 5.9) overlap by 0.1 of the smaller radius",
+        "sphere 3 at (6, 4, 4) and sphere 4 at (6, 4.95, 4) overlap by 0.1 of the smaller radius",
+    ]
+    assert len(faults(position, zone_index=zones, earlier=EarlierBed(1, 0.05))) == 4

@@ -9,6 +9,7 @@ import numpy as np
 
 from packgen.arrange.collective.compaction import compaction_of
 from packgen.arrange.collective.layers import fill_in_layers
+from packgen.arrange.collective.loose import marked, places
 from packgen.arrange.collective.no_floor import fill_at_once
 from packgen.arrange.collective.open_zone import LayerReport, OpenZone
 from packgen.arrange.collective.plan import LayerPlan
@@ -95,9 +96,10 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
         plan = compaction_of(zone.core_fraction).plan(plan)
     if setting.settings.batch_size is not None:
         plan = plan.of_size(setting.settings.batch_size, supply, region)
+    begun = marked(earlier, zone.loose_count)
     batch, threads = 0, setting.threads or free_cores()
     for gap in (recipe.gap, 0.0):
-        open_zone = OpenZone(zone.index, region, supply, Pile(earlier), rng, setting.device, threads)
+        open_zone = OpenZone(zone.index, region, supply, Pile(begun), rng, setting.device, threads)
         tell = _report(listener, len(earlier), supply.asked, region)
         recipe = replace(recipe, gap=gap)
         if endless:
@@ -108,7 +110,8 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
             break
         # Walls one sphere apart leave no room for the gap with which spheres are arranged.
     spheres = open_zone.pile.all()
-    return Filled(spheres[spheres.zone_index == zone.index], supply, batch)
+    moved = places(spheres, len(earlier), zone.index) if zone.loose_count else None
+    return Filled(spheres[spheres.zone_index == zone.index], supply, batch, moved)
 
 
 def _recipe(zone: ZoneTask, region: Region, *, endless: bool) -> Recipe:

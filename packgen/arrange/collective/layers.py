@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from packgen.arrange.collective.layer_starts import LayerStarts
+from packgen.arrange.collective.loose import settled_with_loose
 from packgen.arrange.collective.open_zone import LayerReport, OpenZone, no_report
 from packgen.arrange.collective.plan import LayerPlan
 from packgen.arrange.collective.surface import Surface
@@ -116,8 +117,7 @@ class _Layers:
         reopened = surface.shallow(front, tops, start) & (not self.closing)
         self.closing = self.closing or zone.supply.finished
         moving, fixed = joined([zone.newcomers(start, draw, batch), front[reopened]]), front[~reopened]
-        position, kept = zone.settled(moving, fixed, self.recipe)
-        kept &= surface.above_buried(position, moving.radius)
+        position, kept = settled_with_loose(zone, moving, fixed, self.recipe, surface.above_buried)
         kept = whole_bodies(kept, moving.body_index)
         settled, thrown = replace(moving, position=position)[kept], moving[~kept]
         volume = float(np.sum(cube(settled.radius)) - np.sum(cube(front.radius[reopened])))

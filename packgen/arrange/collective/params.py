@@ -40,6 +40,8 @@ class Params(PaperParams):
             piece.
     """
 
+    holds: ClassVar[tuple[str, ...]] = ("surface", "fixed")
+
     optimizer: Literal["projection", "adam"] = "projection"
     tile: Tile | None = None
     zone_keys: ClassVar[frozenset[str]] = frozenset({"solid_fraction", "porosity", "void_ratio"})

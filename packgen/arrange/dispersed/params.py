@@ -16,5 +16,6 @@ class Params(Keys):
 
     zone_keys: ClassVar[frozenset[str]] = frozenset({"solid_fraction", "porosity", "void_ratio", "gap"})
     weightless: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("fixed",)
 
     tolerance: Tolerance = 1.0e-6

@@ -81,16 +81,30 @@ class Region:
             position: Centres [m], shape (N, 3).
             radius: Radii [m], shape (N,).
         """
+        return self._within(position, np.zeros(len(radius)), radius)
+
+    def encloses(self, position: Float64Array, radius: Float64Array, slack: float) -> NDArray[np.bool_]:
+        """Tell which spheres are in the region as a zone's own are, shape (N,).
+
+        Args:
+            position: Centres [m], shape (N, 3).
+            radius: Radii [m], shape (N,).
+            slack: How far a sphere may stick out of a wall, in its radii.
+        """
+        return self._within(position, (1.0 - slack) * radius, np.zeros(len(radius)))
+
+    def _within(self, position: Float64Array, inner: Float64Array, outer: Float64Array) -> NDArray[np.bool_]:
+        """Tell which centres are at least ``inner`` [m] off walls and ``outer`` at most beyond slices."""
         kind, row = self.walls.features
         sheet = kind == CENTER_PLANE
         inside = self.holds(position)
         if sheet.any():
             beyond = components(position, row[sheet, :3]) - row[sheet, 3]
-            inside &= (beyond <= radius[:, None]).all(axis=1)
+            inside &= (beyond <= outer[:, None]).all(axis=1)
             row = row.copy()
             row[sheet, 3] = np.inf
         gap = least_gap(np.ascontiguousarray(position), 0.0, Features(kind, row), self.walls.near)
-        return np.asarray(inside & (gap >= 0.0))
+        return np.asarray(inside & (gap >= inner))
 
     def rectangle(self) -> tuple[Float64Array, Float64Array]:
         """Return lower and upper corner of the region's shadow along gravity, in u and v [m], each (2,)."""

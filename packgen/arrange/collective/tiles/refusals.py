@@ -28,6 +28,8 @@ def check_divisible(task: Task) -> None:
     faults = []
     if len(task.zones) > 1:
         faults.append(f"{task.zones[1].place}: found {len(task.zones)} zones, expected one")
+    if len(task.earlier):
+        faults.append("start_from: found a bed to go on from, expected none")
     if any(container.periodic):
         faults.append("container.periodic: found a box that wraps around, expected walls on all sides")
     elif floor_direction(task.down, container.periodic) is None:
