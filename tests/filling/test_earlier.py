@@ -216,10 +216,13 @@ def test_a_file_that_is_no_bed_is_refused_with_its_place_in_the_scene(tmp_path, 
     assert "\n" not in line
 
 
-def test_tiles_and_jammed_refuse_a_bed_that_is_there(tmp_path):
+def test_tiles_jammed_and_a_wanted_fraction_under_gravity_refuse_a_bed_that_is_there(tmp_path):
     begun(tmp_path, count=30)
     assert "start_from: found a bed to go on from, expected none" in refused(
         tmp_path, PackingError, params={"tile": 20}
+    )
+    assert "zones[0].solid_fraction: found start_from, expected none" in refused(
+        tmp_path, PackingError, zones=[{"solid_fraction": 0.58}]
     )
     assert "not supported yet by JAMMED" in refused(tmp_path, SceneError, algorithm="JAMMED")
 

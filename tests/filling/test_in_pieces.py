@@ -46,6 +46,16 @@ def test_sets_in_proportion_until_full_are_refused_before_the_first_sphere(tmp_p
         pack_in_pieces(scene, vessel, tmp_path, crew=Alone())
 
 
+def test_a_bed_to_go_on_from_is_refused_before_the_first_sphere(tmp_path):
+    (tmp_path / "old.csv").write_text("x,y,z,r\n0.4,0.4,0.05,0.05\n")
+    scene, vessel = read_scene(
+        tmp_path, TROUGH, constant(0.05), params={"tile": 20}, start_from="old.csv",
+        zones=[{"n_particles": 500}],
+    )  # fmt: skip
+    with pytest.raises(PackingError, match="start_from: found a bed to go on from, expected none"):
+        pack_in_pieces(scene, vessel, tmp_path, crew=Alone())
+
+
 def test_a_zone_of_its_own_says_what_is_not_looked_at(tmp_path):
     scene, vessel = read_scene(
         tmp_path, TROUGH, constant(0.05), params={"tile": 20},
