@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array, read_only
+from packgen.bodies import Bodies
 from packgen.census import Census, count_spheres
 from packgen.errors import ExportError
 from packgen.geometry import (
@@ -161,6 +162,8 @@ class Bed(Head):
         body_index: Body of each sphere, shape (N,), int32: spheres of one body may overlap each other. None:
             each sphere is a body.
         earlier: The bed that was there before, where this one goes on from another; None: it does not.
+        bodies: Shape, place and orientation of each body, by ``body_index``; None: spheres of one body may
+            belong together, but nothing more is known of it.
     """
 
     position: Float64Array
@@ -177,6 +180,7 @@ class Bed(Head):
     provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     body_index: Int32Array | None = None
     earlier: EarlierBed | None = None
+    bodies: Bodies | None = None
     _census: Census | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:

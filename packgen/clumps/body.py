@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array, read_only
+from packgen.bodies import MassProperties
 from packgen.clumps.points import VolumePoints, corner_points, inward, surface_points, volume_points
-from packgen.clumps.properties import MassProperties, mesh_properties
+from packgen.clumps.properties import mesh_properties
 from packgen.clumps.tree import TriangleTree, triangle_tree
 from packgen.errors import GeometryError
 from packgen.geometry import Surface

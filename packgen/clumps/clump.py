@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from packgen.bodies import Template
 from packgen.clumps.body import Body, body_of
 from packgen.clumps.fit import Fit, fit_of, fit_of_union
 from packgen.clumps.make import Wanted, clump_spheres
 from packgen.clumps.shapes import Dumbbell, ParametricShape, Ring, Rod, Tetrapod
 from packgen.clumps.stone import read_stone
-from packgen.clumps.template import Template, template_of_spheres
+from packgen.clumps.template import template_of_spheres
 from packgen.errors import PackgenError
 from packgen.geometry import Surface
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, read_only
+from packgen.bodies import MassProperties, Template
 from packgen.clumps.body import Body
 from packgen.clumps.cover_kernels import gaps
 from packgen.clumps.points import surface_points
-from packgen.clumps.properties import MassProperties, sum_of_spheres, union_properties
-from packgen.clumps.template import Template
+from packgen.clumps.properties import sum_of_spheres, union_properties
 
 POINTS, MARGIN = 60_000, 0.2
 SURFACE_POINTS = 20_000

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from packgen.bodies import MassProperties, Template
 from packgen.clumps.fit import Fit
-from packgen.clumps.properties import MassProperties
-from packgen.clumps.template import Template
 
 ROUNDING = 1.0e-8  # what is less counts as no error
 

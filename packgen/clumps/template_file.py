@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.clumps.properties import MassProperties
-from packgen.clumps.template import Template, template_of_spheres
+from packgen.bodies import MassProperties, Template
+from packgen.clumps.template import template_of_spheres
 from packgen.errors import ReadError
 
 COLUMNS = ("x", "y", "z", "r")

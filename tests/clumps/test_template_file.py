@@ -6,7 +6,8 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from packgen.clumps.template import Template, template_of_spheres
+from packgen.bodies import Template
+from packgen.clumps.template import template_of_spheres
 from packgen.clumps.template_file import read_template, write_template
 from packgen.errors import ReadError
 
