@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from packgen.cli.options import add_formats, add_results, names_in
+from packgen.cli.options import add_formats, add_results, names_in, share
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS, to_si
 
@@ -211,7 +211,7 @@ def add_tolerance(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         metavar="SHARE",
-        type=_share,
+        type=share,
         help="largest overlap that is no fault, in smaller radii (default: that of the scene, else 1e-6)",
     )
 
@@ -226,13 +226,3 @@ def _density(text: str) -> tuple[str, float]:
     if not 0.0 < density < float("inf"):
         raise argparse.ArgumentTypeError(f"found {value!r}, expected a density greater than 0")
     return name.strip(), density
-
-
-def _share(text: str) -> float:
-    try:
-        share = float(text)
-    except ValueError:
-        share = -1.0
-    if not 0.0 < share < 1.0:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a number between 0 and 1")
-    return share

@@ -202,6 +202,28 @@ def _until(text: str) -> float:
     return time
 
 
+def length(text: str) -> float:
+    """Read a length [m] above 0, such as ``5mm``."""
+    try:
+        value = to_si(text, "length")
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected {error}") from error
+    if not 0.0 < value < 1.0e6:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a length greater than 0")
+    return value
+
+
+def share(text: str) -> float:
+    """Read a share between 0 and 1."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a share between 0 and 1, such as 0.01")
+    return value
+
+
 def whole(least: int) -> Callable[[str], int]:
     """Return a reader of whole numbers of at least ``least``."""
 

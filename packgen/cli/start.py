@@ -11,9 +11,10 @@ from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
+from packgen.cli.options import length
 from packgen.cli.screen import say
 from packgen.errors import PackgenError
-from packgen.units import LENGTHS, to_si
+from packgen.units import LENGTHS
 
 INIT, SCHEMA = "init", "schema"
 
@@ -54,7 +55,7 @@ def build_init_parser() -> argparse.ArgumentParser:
         "-o", "--output", metavar="FILE", type=Path, help="scene file (default: KIND.yaml, here)"
     )
     parser.add_argument("--units", choices=tuple(LENGTHS), help="unit of the mesh (default: a guess)")
-    parser.add_argument("--radius", metavar="LENGTH", type=_radius, help="radius of the spheres, such as 5mm")
+    parser.add_argument("--radius", metavar="LENGTH", type=length, help="radius of the spheres, such as 5mm")
     parser.add_argument("--force", action="store_true", help="overwrite a file that is there")
     return parser
 
@@ -138,13 +139,3 @@ def _refuse_existing(target: Path, *, force: bool) -> None:
 def _is_ours(schema: Path) -> bool:
     """Return whether a file is a schema that packgen wrote."""
     return schema.is_file() and b'"$comment": "packgen' in schema.read_bytes()[:400]
-
-
-def _radius(text: str) -> float:
-    try:
-        radius = to_si(text, "length")
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected {error}") from error
-    if not 0.0 < radius < 1.0e6:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a length greater than 0")
-    return radius
