@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import length, share, whole
+from packgen.cli.options import command_parser, length, share, whole
 from packgen.cli.screen import say, say_json, table
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS
@@ -99,13 +99,7 @@ class ClumpOptions:
 
 def build_clump_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen clump``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen clump",
-        description=f"{DESCRIPTION} A scene of that name is ./clump.",
-        epilog=CLUMP_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    parser = command_parser("clump", DESCRIPTION, CLUMP_EPILOG)
     add = parser.add_argument
     add("source", metavar="MESH", help="closed mesh (STL, PLY, OBJ, OFF ...), or the name of a shape")
     add("--spheres", metavar="N", type=whole(1), help="number of spheres at most")

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from packgen.cli.options import add_formats, add_results, names_in, share
+from packgen.cli.options import add_formats, add_results, command_parser, names_in, share
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS, to_si
 
@@ -156,7 +156,7 @@ def _refuse_with_pieces(step: int | None, units: str | None, *, picture: bool) -
 
 def build_file_parser(command: str) -> argparse.ArgumentParser:
     """Return the parser of ``packgen measure`` or ``packgen convert``."""
-    parser = named_parser(command, EPILOG)
+    parser = command_parser(command, DESCRIPTIONS[command], EPILOG)
     parser.add_argument("file", metavar="FILE", type=Path, help="file of spheres")
     add_source(parser)
     if command == CONVERT:
@@ -165,17 +165,6 @@ def build_file_parser(command: str) -> argparse.ArgumentParser:
         add_tolerance(parser)
     add_results(parser, "file", "threads of the measures (default: as many as cores are free to packgen)")
     return parser
-
-
-def named_parser(command: str, epilog: str) -> argparse.ArgumentParser:
-    """Return a parser of a command that has no arguments yet."""
-    return argparse.ArgumentParser(
-        prog=f"packgen {command}",
-        description=f"{DESCRIPTIONS[command]} A scene of that name is ./{command}.",
-        epilog=epilog,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:

@@ -107,6 +107,23 @@ def names_in(given: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name.strip() for each in given for name in each.split(",") if name.strip()))
 
 
+def command_parser(command: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
+    """Return a parser of a command that has no arguments yet.
+
+    Args:
+        command: Its name.
+        description: What it does.
+        epilog: What follows the arguments, as it stands; None: nothing.
+    """
+    return argparse.ArgumentParser(
+        prog=f"packgen {command}",
+        description=f"{description} A scene of that name is ./{command}.",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+
+
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Add the option that gives values in place of a scene's."""
     parser.add_argument(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import length
+from packgen.cli.options import command_parser, length
 from packgen.cli.screen import say
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS
@@ -45,11 +45,7 @@ class StartOptions:
 
 def build_init_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen init``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen init",
-        description="Write a commented scene that runs as it is. A scene of that name is ./init.",
-        allow_abbrev=False,
-    )
+    parser = command_parser(INIT, "Write a commented scene that runs as it is.")
     parser.add_argument("kind", metavar="KIND", help="box, tube, or the path of a mesh such as vessel.stl")
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="scene file (default: KIND.yaml, here)"
@@ -62,11 +58,7 @@ def build_init_parser() -> argparse.ArgumentParser:
 
 def build_schema_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen schema``."""
-    return argparse.ArgumentParser(
-        prog="packgen schema",
-        description="Show the JSON Schema of scenes, for editors. A scene of that name is ./schema.",
-        allow_abbrev=False,
-    )
+    return command_parser(SCHEMA, "Show the JSON Schema of scenes, for editors.")
 
 
 def run_start_command(command: str, arguments: Sequence[str], ending: Ending) -> int:

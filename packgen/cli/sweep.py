@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_changes, add_formats, names_in, whole
+from packgen.cli.options import add_changes, add_formats, command_parser, names_in, whole
 from packgen.cli.plan import check_solvers, find_formats
 from packgen.cli.screen import say, say_json
 from packgen.errors import PackgenError, SceneError
@@ -74,13 +74,7 @@ class SweepOptions:
 
 def build_sweep_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen sweep``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen sweep",
-        description=f"{DESCRIPTION} A scene of that name is ./sweep.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    parser = command_parser("sweep", DESCRIPTION, EPILOG)
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
     parser.add_argument(
         "--over",
