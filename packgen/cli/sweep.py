@@ -150,7 +150,7 @@ def run_sweep_command(_command: str, arguments: Sequence[str], ending: Ending) -
     runs = _runs(options)
     refuse_unreadable([options.target.resolve().name])
     _check_target(options)
-    done, failed, commands = _sorted(options, runs)
+    done, failed, commands = _sorted(options, runs, solvers)
     ending.claim = f"what is complete is in {options.target}; the same command goes on with the rest"
     lines = {each.run.name: each for each in (*done, *failed)}
     _tell_start(options, len(runs), len(done))
@@ -206,7 +206,7 @@ def _check_target(options: SweepOptions) -> None:
 
 
 def _sorted(
-    options: SweepOptions, runs: Sequence[Run]
+    options: SweepOptions, runs: Sequence[Run], solvers: Sequence[str]
 ) -> tuple[list[Line], list[Line], list[tuple[Run, list[str]]]]:
     """Return the lines of complete runs, those of runs whose scene is wrong, and the commands of the others.
 
@@ -226,7 +226,7 @@ def _sorted(
             first = first or error
             failed.append(Line(run, error.exit_code, {}, "; ".join(error.problems)))
             continue
-        if is_done(folder, scene, options.export, validated=options.validate):
+        if is_done(folder, scene, options.export, solvers):
             done.append(line_of_folder(run, folder))
         else:
             commands.append((run, _command(options, run, folder)))
