@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import whole
+from packgen.cli.options import command_parser, length, share, whole
 from packgen.cli.screen import say, say_json, table
 from packgen.errors import PackgenError
-from packgen.units import LENGTHS, to_si
+from packgen.units import LENGTHS
 
 if TYPE_CHECKING:  # a wrong option must not wait for numba
     from packgen.clumps import Clump, Wanted
@@ -99,28 +99,22 @@ class ClumpOptions:
 
 def build_clump_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen clump``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen clump",
-        description=f"{DESCRIPTION} A scene of that name is ./clump.",
-        epilog=CLUMP_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    parser = command_parser("clump", DESCRIPTION, CLUMP_EPILOG)
     add = parser.add_argument
     add("source", metavar="MESH", help="closed mesh (STL, PLY, OBJ, OFF ...), or the name of a shape")
     add("--spheres", metavar="N", type=whole(1), help="number of spheres at most")
     add(
-        "--volume-error", metavar="E", type=_share,
+        "--volume-error", metavar="E", type=share,
         help="add spheres until the volume that they miss or put outside is at most this share of the body's",
     )  # fmt: skip
     add(
-        "--surface-error", metavar="E", type=_share,
+        "--surface-error", metavar="E", type=share,
         help="add spheres until all of the surface is nearer to them than this share of the diameter",
     )  # fmt: skip
     add(
         "--least-radius",
         metavar="LENGTH",
-        type=_length,
+        type=length,
         default=0.0,
         help="least radius of a sphere, such as 0.2mm",
     )
@@ -310,28 +304,8 @@ def _draw(options: ClumpOptions, clump: Clump) -> tuple[str, ...]:
     return ()
 
 
-def _share(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0.0 < value < 1.0:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a share between 0 and 1, such as 0.01")
-    return value
-
-
-def _length(text: str) -> float:
-    try:
-        value = to_si(text, "length")
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected {error}") from error
-    if not 0.0 < value < 1.0e6:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a length greater than 0")
-    return value
-
-
 def _size(text: str) -> tuple[str, float]:
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"found {text!r}, expected SIZE=LENGTH, such as radius=2mm")
-    return name.strip(), _length(value)
+    return name.strip(), length(value)

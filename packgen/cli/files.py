@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from packgen.cli.options import add_formats, add_results, names_in
+from packgen.cli.options import add_formats, add_results, command_parser, names_in, share
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS, to_si
 
@@ -156,7 +156,7 @@ def _refuse_with_pieces(step: int | None, units: str | None, *, picture: bool) -
 
 def build_file_parser(command: str) -> argparse.ArgumentParser:
     """Return the parser of ``packgen measure`` or ``packgen convert``."""
-    parser = named_parser(command, EPILOG)
+    parser = command_parser(command, DESCRIPTIONS[command], EPILOG)
     parser.add_argument("file", metavar="FILE", type=Path, help="file of spheres")
     add_source(parser)
     if command == CONVERT:
@@ -165,17 +165,6 @@ def build_file_parser(command: str) -> argparse.ArgumentParser:
         add_tolerance(parser)
     add_results(parser, "file", "threads of the measures (default: as many as cores are free to packgen)")
     return parser
-
-
-def named_parser(command: str, epilog: str) -> argparse.ArgumentParser:
-    """Return a parser of a command that has no arguments yet."""
-    return argparse.ArgumentParser(
-        prog=f"packgen {command}",
-        description=f"{DESCRIPTIONS[command]} A scene of that name is ./{command}.",
-        epilog=epilog,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
@@ -211,7 +200,7 @@ def add_tolerance(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         metavar="SHARE",
-        type=_share,
+        type=share,
         help="largest overlap that is no fault, in smaller radii (default: that of the scene, else 1e-6)",
     )
 
@@ -226,13 +215,3 @@ def _density(text: str) -> tuple[str, float]:
     if not 0.0 < density < float("inf"):
         raise argparse.ArgumentTypeError(f"found {value!r}, expected a density greater than 0")
     return name.strip(), density
-
-
-def _share(text: str) -> float:
-    try:
-        share = float(text)
-    except ValueError:
-        share = -1.0
-    if not 0.0 < share < 1.0:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a number between 0 and 1")
-    return share

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_changes
+from packgen.cli.options import add_changes, command_parser
 from packgen.cli.run import warn
 from packgen.cli.screen import say, say_json, table
 from packgen.errors import PackgenError, PackingError
@@ -48,13 +48,7 @@ class PlanOptions:
 
 def build_plan_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen plan``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen plan",
-        description=f"{DESCRIPTION} A scene of that name is ./plan.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    parser = command_parser("plan", DESCRIPTION, EPILOG)
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
     add_changes(parser)
     parser.add_argument(

@@ -107,6 +107,23 @@ def names_in(given: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name.strip() for each in given for name in each.split(",") if name.strip()))
 
 
+def command_parser(command: str, description: str, epilog: str | None = None) -> argparse.ArgumentParser:
+    """Return a parser of a command that has no arguments yet.
+
+    Args:
+        command: Its name.
+        description: What it does.
+        epilog: What follows the arguments, as it stands; None: nothing.
+    """
+    return argparse.ArgumentParser(
+        prog=f"packgen {command}",
+        description=f"{description} A scene of that name is ./{command}.",
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+
+
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """Add the option that gives values in place of a scene's."""
     parser.add_argument(
@@ -200,6 +217,28 @@ def _until(text: str) -> float:
     if not 0.0 < time < math.inf:
         raise argparse.ArgumentTypeError(f"found {text!r}, expected still, or a time greater than 0")
     return time
+
+
+def length(text: str) -> float:
+    """Read a length [m] above 0, such as ``5mm``."""
+    try:
+        value = to_si(text, "length")
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected {error}") from error
+    if not 0.0 < value < 1.0e6:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a length greater than 0")
+    return value
+
+
+def share(text: str) -> float:
+    """Read a share between 0 and 1."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected a share between 0 and 1, such as 0.01")
+    return value
 
 
 def whole(least: int) -> Callable[[str], int]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from packgen.cli.ending import WHOLE_PAGES, Ending
 from packgen.cli.names import refuse_unreadable
+from packgen.cli.options import command_parser
 from packgen.cli.screen import say, table
 
 
@@ -30,11 +30,7 @@ def run_page_command(command: str, arguments: Sequence[str], ending: Ending) -> 
 
 
 def _report(arguments: Sequence[str], ending: Ending) -> int:
-    parser = argparse.ArgumentParser(
-        prog="packgen report",
-        description="Make report.html of result folders again. A scene of that name is ./report.",
-        allow_abbrev=False,
-    )
+    parser = command_parser("report", "Make report.html of result folders again.")
     parser.add_argument("folders", metavar="DIR", type=Path, nargs="+", help="result folder of a run")
     parser.add_argument("--picture", action="store_true", help="draw bed.png and bed_half.png too")
     options = parser.parse_args(arguments)
@@ -57,11 +53,7 @@ def _report(arguments: Sequence[str], ending: Ending) -> int:
 
 
 def _compare(arguments: Sequence[str], ending: Ending) -> int:
-    parser = argparse.ArgumentParser(
-        prog="packgen compare",
-        description="Put result folders side by side. A scene of that name is ./compare.",
-        allow_abbrev=False,
-    )
+    parser = command_parser("compare", "Put result folders side by side.")
     parser.add_argument("folders", metavar="DIR", type=Path, nargs="+", help="result folders of runs")
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="page to write (default: compare.html)"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
-from packgen.cli.files import CARVE, REPEAT, FileOptions, add_source, add_tolerance, named_parser, options_of
+from packgen.cli.files import CARVE, DESCRIPTIONS, REPEAT, FileOptions, add_source, add_tolerance, options_of
 from packgen.cli.judge import Changed, judge_file
-from packgen.cli.options import add_formats, add_results, whole
+from packgen.cli.options import add_formats, add_results, command_parser, whole
 from packgen.errors import PackgenError
 from packgen.units import LENGTHS
 
@@ -115,7 +115,7 @@ def _named(options: FileOptions, ending: str) -> FileOptions:
 
 def build_carve_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen carve``."""
-    parser = named_parser(CARVE, CARVE_EPILOG)
+    parser = command_parser(CARVE, DESCRIPTIONS[CARVE], CARVE_EPILOG)
     _add_file(parser)
     side = parser.add_mutually_exclusive_group(required=True)
     side.add_argument(
@@ -135,7 +135,7 @@ def build_carve_parser() -> argparse.ArgumentParser:
 
 def build_repeat_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen repeat``."""
-    parser = named_parser(REPEAT, REPEAT_EPILOG)
+    parser = command_parser(REPEAT, DESCRIPTIONS[REPEAT], REPEAT_EPILOG)
     _add_file(parser)
     parser.add_argument(
         "counts", metavar="N", type=whole(1), nargs=3,

@@ -11,9 +11,10 @@ from pathlib import Path
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
+from packgen.cli.options import command_parser, length
 from packgen.cli.screen import say
 from packgen.errors import PackgenError
-from packgen.units import LENGTHS, to_si
+from packgen.units import LENGTHS
 
 INIT, SCHEMA = "init", "schema"
 
@@ -44,28 +45,20 @@ class StartOptions:
 
 def build_init_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen init``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen init",
-        description="Write a commented scene that runs as it is. A scene of that name is ./init.",
-        allow_abbrev=False,
-    )
+    parser = command_parser(INIT, "Write a commented scene that runs as it is.")
     parser.add_argument("kind", metavar="KIND", help="box, tube, or the path of a mesh such as vessel.stl")
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="scene file (default: KIND.yaml, here)"
     )
     parser.add_argument("--units", choices=tuple(LENGTHS), help="unit of the mesh (default: a guess)")
-    parser.add_argument("--radius", metavar="LENGTH", type=_radius, help="radius of the spheres, such as 5mm")
+    parser.add_argument("--radius", metavar="LENGTH", type=length, help="radius of the spheres, such as 5mm")
     parser.add_argument("--force", action="store_true", help="overwrite a file that is there")
     return parser
 
 
 def build_schema_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen schema``."""
-    return argparse.ArgumentParser(
-        prog="packgen schema",
-        description="Show the JSON Schema of scenes, for editors. A scene of that name is ./schema.",
-        allow_abbrev=False,
-    )
+    return command_parser(SCHEMA, "Show the JSON Schema of scenes, for editors.")
 
 
 def run_start_command(command: str, arguments: Sequence[str], ending: Ending) -> int:
@@ -138,13 +131,3 @@ def _refuse_existing(target: Path, *, force: bool) -> None:
 def _is_ours(schema: Path) -> bool:
     """Return whether a file is a schema that packgen wrote."""
     return schema.is_file() and b'"$comment": "packgen' in schema.read_bytes()[:400]
-
-
-def _radius(text: str) -> float:
-    try:
-        radius = to_si(text, "length")
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected {error}") from error
-    if not 0.0 < radius < 1.0e6:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected a length greater than 0")
-    return radius

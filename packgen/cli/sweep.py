@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_changes, add_formats, names_in, whole
+from packgen.cli.options import add_changes, add_formats, command_parser, names_in, whole
 from packgen.cli.plan import check_solvers, find_formats
 from packgen.cli.screen import say, say_json
 from packgen.errors import PackgenError, SceneError
@@ -74,13 +74,7 @@ class SweepOptions:
 
 def build_sweep_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen sweep``."""
-    parser = argparse.ArgumentParser(
-        prog="packgen sweep",
-        description=f"{DESCRIPTION} A scene of that name is ./sweep.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    parser = command_parser("sweep", DESCRIPTION, EPILOG)
     parser.add_argument("scene", metavar="SCENE", type=Path, help="scene file (YAML)")
     parser.add_argument(
         "--over",
@@ -156,7 +150,7 @@ def run_sweep_command(_command: str, arguments: Sequence[str], ending: Ending) -
     runs = _runs(options)
     refuse_unreadable([options.target.resolve().name])
     _check_target(options)
-    done, failed, commands = _sorted(options, runs)
+    done, failed, commands = _sorted(options, runs, solvers)
     ending.claim = f"what is complete is in {options.target}; the same command goes on with the rest"
     lines = {each.run.name: each for each in (*done, *failed)}
     _tell_start(options, len(runs), len(done))
@@ -212,7 +206,7 @@ def _check_target(options: SweepOptions) -> None:
 
 
 def _sorted(
-    options: SweepOptions, runs: Sequence[Run]
+    options: SweepOptions, runs: Sequence[Run], solvers: Sequence[str]
 ) -> tuple[list[Line], list[Line], list[tuple[Run, list[str]]]]:
     """Return the lines of complete runs, those of runs whose scene is wrong, and the commands of the others.
 
@@ -232,7 +226,7 @@ def _sorted(
             first = first or error
             failed.append(Line(run, error.exit_code, {}, "; ".join(error.problems)))
             continue
-        if is_done(folder, scene, options.export, validated=options.validate):
+        if is_done(folder, scene, options.export, solvers):
             done.append(line_of_folder(run, folder))
         else:
             commands.append((run, _command(options, run, folder)))

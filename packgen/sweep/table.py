@@ -51,14 +51,14 @@ def columns(runs: Sequence[Run]) -> list[str]:
     return ["folder", *runs[0].values, "exit_code", *FIGURES, "message"]
 
 
-def is_done(folder: Path, scene: Scene, exports: Sequence[str], *, validated: bool) -> bool:
+def is_done(folder: Path, scene: Scene, exports: Sequence[str], solvers: Sequence[str]) -> bool:
     """Return whether a folder holds the whole result of a scene.
 
     Args:
         folder: The folder.
         scene: The scene with the values of the run.
         exports: Formats that are asked for.
-        validated: Whether solvers are to have confirmed the bed.
+        solvers: Solvers that are to have judged the bed, whatever they found.
     """
     try:
         stored = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["settings"]["settings"]
@@ -66,7 +66,17 @@ def is_done(folder: Path, scene: Scene, exports: Sequence[str], *, validated: bo
         return False
     wanted = json.loads(json.dumps(plain(scene.model_dump())))
     written = all((folder / name).is_dir() for name in exports)
-    return bool(stored == wanted and written and (not validated or (folder / VALIDATION).is_file()))
+    return bool(stored == wanted and written and set(solvers) <= _had_their_turn(folder))
+
+
+def _had_their_turn(folder: Path) -> set[str]:
+    """Return the solvers that have judged the bed of a folder, or came to no end of their own with it."""
+    try:
+        content = json.loads((folder / VALIDATION).read_text(encoding="utf-8"))
+        failed = () if content.get("interrupted") else content.get("errors", ())
+        return {*content["solvers"], *failed}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
 
 
 def line_of_folder(run: Run, folder: Path) -> Line:
