@@ -1,9 +1,9 @@
 """Serpent: ``pebbles.txt`` for the card ``pbed``, and ``bed.serpent``, which has that card.
 
 ``pebbles.txt`` has ``x y z r universe`` a line, separated by tabs, in centimetres. The universe is that of
-the particle set, ``u_`` and its name: what is in a pebble is defined in the case's own input, as are the
-universe around the pebbles and the cell that is filled with the bed. Of a bed that wraps around, spheres that
-cross a seam are there on both sides.
+the particle set, ``u_`` and its name, with a number behind it where another universe has that name: what is
+in a pebble is defined in the case's own input, as are the universe around the pebbles and the cell that is
+filled with the bed. Of a bed that wraps around, spheres that cross a seam are there on both sides.
 
 Reference: Serpent input manual, card "pbed".
 """
@@ -46,7 +46,7 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     """
     deck.check_exportable(bed, NAME, NEEDS)
     position, radius, owner = with_owned_images(bed)
-    names = universes([each.name for each in bed.particle_sets])
+    names = universes([each.name for each in bed.particle_sets], (options.universe, options.background))
     columns = [*(position / CENTIMETRE).T, radius / CENTIMETRE, np.array(names)[bed.set_index[owner]]]
     return [
         table.write_rows(folder / "pebbles.txt", columns, separator="\t"),
@@ -54,13 +54,9 @@ def write(bed: Bed, folder: Path, options: Options) -> list[Path]:
     ]
 
 
-def universes(names: list[str]) -> list[str]:
-    """Return a word for each name, all different."""
-    words: list[str] = []
-    for name in names:
-        word = "u_" + "".join(each if each.isascii() and each.isalnum() else "_" for each in name)
-        words.append(word if word not in words else f"{word}_{len(words)}")
-    return words
+def universes(names: list[str], taken: tuple[str, ...] = ()) -> list[str]:
+    """Return a universe for each name, all different and none of those taken."""
+    return deck.different_words([f"u_{name}" for name in names], taken)
 
 
 def _card(bed: Bed, options: Options, names: list[str]) -> str:

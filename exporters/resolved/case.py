@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -108,27 +107,18 @@ def make_parts(bed: Bed, treated: Treated) -> Parts:
     """Return the solids of a treated bed."""
     position, _, owner = with_owned_images(bed)
     bridges, base = _bridge_images(bed, treated.bridges)
-    used = np.unique(bed.set_index).tolist()
+    words = deck.different_words([each.name for each in bed.particle_sets])
     return Parts(
         treated,
         position,
         treated.radius[owner],
         owner,
-        words([bed.particle_sets[index].name for index in used], used),
+        {index: words[index] for index in np.unique(bed.set_index).tolist()},
         bed.set_index[owner].astype(np.int64),
         bed.count,
         bridges,
         base,
     )
-
-
-def words(names: list[str], keys: list[int]) -> dict[int, str]:
-    """Return names as different words of letters, digits and underscores, by their keys."""
-    found: dict[int, str] = {}
-    for key, name in zip(keys, names, strict=True):
-        word = re.sub(r"[^A-Za-z0-9_]", "_", name) or "set"
-        found[key] = f"{word}_{key}" if word in found.values() else word
-    return found
 
 
 def _bridge_images(bed: Bed, bridges: Bridges) -> tuple[Bridges, Float64Array]:

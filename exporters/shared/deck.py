@@ -90,6 +90,21 @@ def comment_text(value: object) -> str:
     return re.sub(r"[^A-Za-z0-9 ._,:=+\-/()]", "_", str(value))[:COMMENT_LENGTH_MAX].strip() or "_"
 
 
+def different_words(names: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
+    """Return names as words of letters, digits and underscores, all different and none of those taken.
+
+    Of names that would be one word the later ones get their place among the names behind them, from 0.
+    """
+    words: list[str] = []
+    for place, name in enumerate(names):
+        stem = word = re.sub(r"[^A-Za-z0-9_]", "_", name) or "set"
+        number = place
+        while word in words or word in taken:
+            word, number = f"{stem}_{number}", number + 1
+        words.append(word)
+    return words
+
+
 def provenance_values(bed: AnyBed) -> dict[str, str]:
     """Return version, scene and seed of a bed for the head of a deck, each safe in a comment."""
     scene = bed.provenance.get("scene", "unknown")

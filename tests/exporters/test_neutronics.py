@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
@@ -43,6 +44,19 @@ def test_universes_are_words_that_differ():
     assert serpent.universes(["a b", "a.b", "0"]) == ["u_a_b", "u_a_b_1", "u_0"]
     with pytest.raises(ValidationError):
         serpent.Options(universe="0")
+
+
+def test_a_set_called_bed_is_not_filled_with_the_bed_itself(tmp_path):
+    sets = mixed_bed().particle_sets
+    named = (replace(sets[0], name="bed"), replace(sets[1], name="background"))
+    serpent.write(replace(mixed_bed(), particle_sets=named), tmp_path, serpent.Options())
+    card, _, _, universe = read_pbed(tmp_path)
+    assert card[1:3] == ["u_bed", "u_background"]
+    assert set(universe) == {"u_bed_0", "u_background_1"}
+
+
+def test_no_two_universes_are_one_though_a_name_has_a_number_already():
+    assert len(set(serpent.universes(["a_b_2", "a_b", "a.b", "a-b"]))) == 4
 
 
 def periodic_bed():

@@ -278,9 +278,10 @@ def test_too_many_facets_are_refused_with_the_remedy(tmp_path, monkeypatch):
     [{}, {"contacts": "bridges", "spheres": "analytic"}],
     ids=["caps", "bridges"],
 )
-def test_openfoam_meshes_two_hundred_spheres_and_finds_no_fault(tmp_path, options):
-    bed = turned_layers(200)
-    written(bed, tmp_path, cell_size=0.6 * RADIUS, **options)
+def test_openfoam_meshes_spheres_that_touch_and_finds_no_fault(tmp_path, options):
+    bed = turned_layers(10)
+    lengths = {"inlet_length": 2 * RADIUS, "outlet_length": 2 * RADIUS}
+    written(bed, tmp_path, cell_size=0.6 * RADIUS, **lengths, **options)
     environment = {"WM_PROJECT_DIR": "/usr/share/openfoam", **os.environ}
     done = subprocess.run(
         [tmp_path / "Allrun"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
@@ -297,14 +298,14 @@ def test_openfoam_meshes_two_hundred_spheres_and_finds_no_fault(tmp_path, option
 
 def turned_layers(count):
     """Spheres in touching layers of a square lattice inside of a tube, each layer turned."""
-    layer = lattice_layer(2) * 2 * RADIUS
+    layer = lattice_layer(1) * 2 * RADIUS
     rows = []
     for level in range(-(-count // len(layer))):
         turn = 0.7 * level
         x = layer[:, 0] * np.cos(turn) - layer[:, 1] * np.sin(turn)
         y = layer[:, 0] * np.sin(turn) + layer[:, 1] * np.cos(turn)
         rows.append(np.stack([x, y, np.full(len(x), RADIUS * (1 + 2 * level))], axis=1))
-    return make_bed(np.concatenate(rows)[:count], RADIUS, tube_container(0.5, 10.0))
+    return make_bed(np.concatenate(rows)[:count], RADIUS, tube_container(3 * RADIUS, 1.0))
 
 
 def lattice_layer(reach):
