@@ -13,11 +13,9 @@ import numpy as np
 from packgen.arrays import BoolArray, ExactSum, Float64Array, Int64Array
 from packgen.bed import Bed, EarlierBed
 from packgen.check.pairs import near_pairs
-from packgen.check.parts import nearest_part_name
+from packgen.check.parts import part_name_beside
 from packgen.check.walls import wall_clearance
 from packgen.part import Part
-
-PART_REACH = 2.0  # radii: how far from a sphere in a wall its part is looked for
 
 __all__ = ["Check", "Checker", "NewOverlaps", "check_bed", "near_pairs", "wall_clearance"]
 
@@ -32,6 +30,7 @@ class NewOverlaps:
         excess_count: Number of such pairs that overlap by more than the tolerance.
         wall_overlap_max: Largest depth of a new sphere in a wall; 0 where none.
         worst_wall_sphere: The sphere of that depth; None where none touches deeper than zero.
+        worst_wall_part: Name of the part of the walls that is nearest to that sphere; None where it has none.
     """
 
     overlap_max: float
@@ -39,6 +38,7 @@ class NewOverlaps:
     excess_count: int
     wall_overlap_max: float
     worst_wall_sphere: int | None
+    worst_wall_part: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class Check:
                 f"sphere {self.worst_wall_sphere} farthest"
             )
         if self.new is None:
-            return (*lines, *_excess(self, self.tolerance, self.worst_wall_part))
+            return (*lines, *_excess(self, self.tolerance))
         return (*lines, *_excess(self.new, self.tolerance), *self._earlier_excess(self.new))
 
     def _earlier_excess(self, new: NewOverlaps) -> list[str]:
@@ -115,14 +115,15 @@ class Check:
             )
         if self.wall_overlap_max > max(limit, new.wall_overlap_max):
             lines.append(
-                f"sphere {self.worst_wall_sphere}, which was there before, is in the wall by "
-                f"{self.wall_overlap_max:.3g} of its radius, limit {limit:.3g}"
+                f"sphere {self.worst_wall_sphere}, which was there before, is in the wall"
+                f"{_named(self.worst_wall_part)} by {self.wall_overlap_max:.3g} of its radius, "
+                f"limit {limit:.3g}"
             )
         return lines
 
 
-def _excess(found: Check | NewOverlaps, limit: float | None, part: str | None = None) -> list[str]:
-    """Return a line for each tolerance that overlaps exceed; ``part`` is that of the wall, where known."""
+def _excess(found: Check | NewOverlaps, limit: float | None) -> list[str]:
+    """Return a line for each tolerance that overlaps exceed."""
     lines = []
     if limit is not None and found.overlap_max > limit and found.worst_pair is not None:
         first, second = found.worst_pair
@@ -133,10 +134,15 @@ def _excess(found: Check | NewOverlaps, limit: float | None, part: str | None = 
         )
     if limit is not None and found.wall_overlap_max > limit:
         lines.append(
-            f"sphere {found.worst_wall_sphere} is in the wall{'' if part is None else f' {part}'} by "
+            f"sphere {found.worst_wall_sphere} is in the wall{_named(found.worst_wall_part)} by "
             f"{found.wall_overlap_max:.3g} of its radius, tolerance {limit:.3g}"
         )
     return lines
+
+
+def _named(part: str | None) -> str:
+    """Return the name of a part of the walls with a blank before it."""
+    return "" if part is None else f" {part}"
 
 
 class _Worst:
@@ -151,6 +157,7 @@ class _Worst:
         self._excess = 0
         self._overlap_max, self._pair = 0.0, (0, 0)
         self._depth_max, self._in_wall = 0.0, 0
+        self._wall_part: str | None = None
 
     def see_pairs(self, first: Int64Array, second: Int64Array, overlap: Float64Array) -> None:
         """Look at pairs by number, (P,) each; of equally deep ones that of the lowest numbers is worst."""
@@ -166,17 +173,13 @@ class _Worst:
         if most > self._overlap_max or (one, other) < self._pair:
             self._overlap_max, self._pair = most, (one, other)
 
-    def see_depths(self, number: Int64Array, depth: Float64Array) -> int | None:
-        """Look at spheres by number, and at their depths in walls as fractions of the radius, (N,) each.
-
-        Returns:
-            Place of the deepest one; None: those seen before are as deep.
-        """
+    def see_depths(self, bed: Bed, chosen: Int64Array, number: Int64Array, depth: Float64Array) -> None:
+        """Look at spheres of a bed by place and number, and at their depths in walls in radii, (N,) each."""
         worst = int(depth.argmax()) if len(depth) else 0
         if len(depth) == 0 or depth[worst] <= self._depth_max:
-            return None
+            return
         self._depth_max, self._in_wall = float(depth[worst]), int(number[worst])
-        return worst
+        self._wall_part = part_name_beside(bed, int(chosen[worst]))
 
     def found(self) -> NewOverlaps:
         """Return them, in the form in which those of new spheres are told."""
@@ -186,6 +189,7 @@ class _Worst:
             excess_count=self._excess,
             wall_overlap_max=self._depth_max,
             worst_wall_sphere=self._in_wall if self._depth_max > 0.0 else None,
+            worst_wall_part=self._wall_part,
         )
 
 
@@ -217,7 +221,6 @@ class Checker:
         self._overlap_sum = ExactSum()
         self._overlaps = self._outside = self._invalid = 0
         self._all, self._new = _Worst(tolerance), _Worst(tolerance)
-        self._wall_part: str | None = None
 
     def add(self, part: Part, clearance: Float64Array | None = None) -> None:
         """Check a part; parts come in the order of their numbers.
@@ -233,16 +236,17 @@ class Checker:
         self._see_pairs(part, index, new)
         own = index[: int(np.searchsorted(index, part.own))]
         self._invalid += part.own - len(own)
-        position, radius, number = bed.position[own], bed.radius[own], part.number[own]
-        found = wall_clearance(bed.container, position, radius) if clearance is None else clearance[own]
+        radius, number = bed.radius[own], part.number[own]
+        if clearance is None:
+            found = wall_clearance(bed.container, bed.position[own], radius)
+        else:
+            found = clearance[own]
         self._outside += int(np.count_nonzero(found < 0.0))
         depth = 1.0 - found / radius
-        worst = self._all.see_depths(number, depth)
-        if worst is not None:
-            reach = PART_REACH * float(radius[worst])
-            self._wall_part = nearest_part_name(bed.container, position[worst], reach)
+        self._all.see_depths(bed, own, number, depth)
         if new is not None:
-            self._new.see_depths(number[new[own]], depth[new[own]])
+            chosen = new[own]
+            self._new.see_depths(bed, own[chosen], number[chosen], depth[chosen])
 
     def _see_pairs(self, part: Part, index: Int64Array, new: BoolArray | None) -> None:
         """Look at all pairs of a part's sound spheres, (S,), that count here; ``new`` has shape (N,)."""
@@ -280,7 +284,7 @@ class Checker:
             outside_count=self._outside,
             invalid_count=self._invalid,
             tolerance=self._tolerance,
-            worst_wall_part=self._wall_part,
+            worst_wall_part=worst.worst_wall_part,
             new=None if earlier is None else self._new.found(),
             earlier_tolerance=None if earlier is None else earlier.tolerance,
         )

@@ -7,7 +7,7 @@ import numpy as np
 from packgen.arrays import BoolArray, Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.check.pairs import near_pairs
-from packgen.check.parts import nearest_part_name
+from packgen.check.parts import part_name_beside
 from packgen.part import Part
 
 NAMED_MAX = 20
@@ -56,7 +56,8 @@ class FaultNamer:
         in_wall = _deepest(depth, np.where(may_be_in_wall, soft, self._tolerance))
         self._count += len(in_wall)
         for each in in_wall[:NAMED_MAX].tolist():
-            deep = f"in the wall{_part(bed, each)} by {depth[each]:.3g} of its radius"
+            name = part_name_beside(bed, each)
+            deep = f"in the wall{'' if name is None else f' {name}'} by {depth[each]:.3g} of its radius"
             where = "outside the container" if clearance[each] < 0.0 else deep
             self._found.append((depth[each], f"{self._named(part, each)} is {where}"))
         first, second, overlap, pairs = _worst_pairs(part, self._tolerance, soft, earlier)
@@ -78,12 +79,6 @@ class FaultNamer:
         number = int(part.number[place])
         name = f"sphere {number}" if self._ids is None else f"sphere {number} (id {self._ids[number]})"
         return f"{name} at ({x:.6g}, {y:.6g}, {z:.6g})"
-
-
-def _part(bed: Bed, place: int) -> str:
-    """Return the name of the part of the walls nearest to a sphere, with a blank before it."""
-    name = nearest_part_name(bed.container, bed.position[place], 2.0 * float(bed.radius[place]))
-    return "" if name is None else f" {name}"
 
 
 def _limit(tolerance: float | None) -> float:

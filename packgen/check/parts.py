@@ -6,12 +6,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from packgen.arrays import Float64Array, Int64Array
+from packgen.bed import Bed
 from packgen.check.mesh import point_triangle_distance
 from packgen.check.pieces import candidates, pieces
 from packgen.geometry import Container
 
 NO_PART = -1
 """The index of walls without a name."""
+
+PART_REACH = 2.0  # radii: how far from a sphere in a wall its part is looked for
 
 
 def nearest_part(container: Container, position: Float64Array, reach: Float64Array) -> Int64Array:
@@ -55,3 +58,8 @@ def nearest_part_name(container: Container, position: Float64Array, reach: float
     """Return the name of the part nearest to a point [m], shape (3,); None where that has no name."""
     index = int(nearest_part(container, position[None], np.array([reach]))[0])
     return None if index == NO_PART else container.parts[index].name
+
+
+def part_name_beside(bed: Bed, place: int) -> str | None:
+    """Return the name of the part nearest to the sphere of a bed at a place; None where that has no name."""
+    return nearest_part_name(bed.container, bed.position[place], PART_REACH * float(bed.radius[place]))

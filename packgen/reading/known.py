@@ -79,6 +79,17 @@ def known_by_provenance(provenance: Mapping[str, Any], *, meshes: bool = False) 
         return Known()
 
 
+def set_names(provenance: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what ``bed.npz`` calls its sets, by their indices; nothing where it does not say."""
+    settings = provenance.get("settings")
+    sets = settings.get("particle_sets") if isinstance(settings, Mapping) else None
+    if not isinstance(sets, list | tuple):
+        return ()
+    names = [each.get("name") if isinstance(each, Mapping) else None for each in sets]
+    found = tuple(each for each in names if isinstance(each, str))
+    return found if len(found) == len(names) else ()
+
+
 def earlier_by_provenance(provenance: Mapping[str, Any]) -> EarlierBed | None:
     """Return which spheres ``bed.npz`` says were there before the others; None where it says nothing."""
     told = provenance.get("start_from")

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from packgen.arrays import Float64Array
+from packgen.arrays import Float64Array, Int32Array
 from packgen.reading.faults import Faults, fault
+from packgen.reading.known import set_names
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
 from packgen.reading.spheres import Groups, SphereFile
 
@@ -40,18 +41,25 @@ def read_npz(path: Path) -> SphereFile:
     if count == 0:
         raise fault(path, "no spheres", "at least one")
     index = {name: arrays[name].astype(np.int32, copy=False) for name in INDICES if name in arrays}
-    groups = index.pop("set_index", None)
+    provenance = _provenance(arrays.get("provenance"))
     return SphereFile(
         path,
         "numpy archive",
         np.ascontiguousarray(arrays["position"], np.float64),
         np.ascontiguousarray(arrays["radius"], np.float64),
-        groups=None if groups is None else Groups(groups.astype(np.int64), "set"),
+        groups=_groups(index.get("set_index"), set_names(provenance)),
         zone_index=index.get("zone_index"),
         batch_index=index.get("batch_index"),
         body_index=index.get("body_index"),
-        provenance=_provenance(arrays.get("provenance")),
+        provenance=provenance,
     )
+
+
+def _groups(index: Int32Array | None, names: tuple[str, ...]) -> Groups | None:
+    """Return the sets of spheres, with their names where all of them have one."""
+    if index is None:
+        return None
+    return Groups(index.astype(np.int64), "set", names if index.max() < len(names) else ())
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -13,10 +13,10 @@ from packgen.bed import Census, ParticleSet
 from packgen.container.primitives import box_surface
 from packgen.errors import ReadError
 from packgen.geometry import Box, Container
-from packgen.pieces import PieceBed, read_manifest
+from packgen.pieces import Manifest, PieceBed, read_manifest
 from packgen.reading.bed import GRAVITY, TOLERANCE, provenance_of
-from packgen.reading.known import Known, known_by_provenance, known_by_scene
-from packgen.reading.sets import with_densities
+from packgen.reading.known import Known, known_by_provenance, known_by_scene, set_names
+from packgen.reading.sets import place_of_set, with_densities
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -72,21 +72,25 @@ def read_pieces(
     )
     return PieceBed(
         path.parent, manifest.pieces, manifest.census,
-        with_densities(_sets(path, known, manifest.census), density), known.materials, known.wall_material,
+        with_densities(_sets(path, known, manifest), density), known.materials, known.wall_material,
         vessel, gravity, known.tolerance if known.source else TOLERANCE, said,
     )  # fmt: skip
 
 
-def _sets(path: Path, known: Known, census: Census) -> tuple[ParticleSet, ...]:
-    number = len(census.counts)
+def _sets(path: Path, known: Known, manifest: Manifest) -> tuple[ParticleSet, ...]:
+    """Return the sets in the order of the manifest's."""
+    number = len(manifest.census.counts)
     if not known.particle_sets:
         return tuple(ParticleSet(f"set_{each}", float("nan"), "") for each in range(number))
-    if len(known.particle_sets) != number:
+    names = set_names(manifest.provenance)
+    names = names if len(names) == number else ()
+    places = [place_of_set(each, names, known.particle_sets) for each in range(number)]
+    if len(known.particle_sets) != number or [] in places:
         raise ReadError(
             f"{path}: found spheres of {number} sets, expected those of {known.source}: "
             f"{', '.join(each.name for each in known.particle_sets)}"
         )
-    return known.particle_sets
+    return tuple(known.particle_sets[place] for [place] in places)
 
 
 def _own_container(census: Census) -> Container:

@@ -118,7 +118,7 @@ def _choices(spheres: SphereFile, groups: Groups, known: Known, *, walls: bool) 
     if spheres.groups is None:
         return {0: list(range(len(sets)))}
     if groups.kind == "set":
-        return {each: [each] if 0 <= each < len(sets) else [] for each in numbers}
+        return {each: place_of_set(each, groups.names, sets) for each in numbers}
     if groups.kind == "name":
         return {
             number: [place for place, each in enumerate(sets) if each.name == groups.label(number)]
@@ -132,6 +132,21 @@ def _choices(spheres: SphereFile, groups: Groups, known: Known, *, walls: bool) 
         number: [place for place, each in enumerate(sets) if each.material == name]
         for number, name in names.items()
     }
+
+
+def place_of_set(number: int, names: Sequence[str], sets: Sequence[ParticleSet]) -> list[int]:
+    """Return the place, among known sets, of that which a file has at a number; nothing: none is it.
+
+    Args:
+        number: The number.
+        names: What the file calls its sets, where it does: a scene may have them in another order, or beside
+            those of a bed that it goes on from. One by another name stands at its number.
+        sets: The known sets.
+    """
+    own = [each.name for each in sets]
+    if names and names[number] in own:
+        return [own.index(names[number])]
+    return [number] if number < len(own) and own[number] not in names else []
 
 
 def _chosen(

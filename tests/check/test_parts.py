@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from packgen.bed import pair_coefficient
+from packgen.bed import EarlierBed, pair_coefficient
 from packgen.check import check_bed, wall_clearance
 from packgen.check.naming import named_faults
 from packgen.check.parts import nearest_part, nearest_part_name
@@ -42,6 +42,18 @@ def test_a_sphere_in_a_part_is_told_with_the_parts_name():
     clearance = wall_clearance(bed.container, bed.position, bed.radius)
     (line,) = named_faults(bed, clearance)
     assert line.endswith("is in the wall gate.1 by 0.1 of its radius")
+
+
+def test_new_and_earlier_spheres_in_a_part_are_told_with_the_parts_name():
+    beside = make_bed(
+        [[0.109, 0.05, 0.05], [0.106, 0.05, 0.12]], RADIUS, gated(), zone_index=np.array([0, 1], np.int32),
+        earlier=EarlierBed(1, 0.2),
+    )  # fmt: skip
+    assert check_bed(beside).new.worst_wall_part == "gate.1"
+    assert check_bed(beside).faults() == (
+        "sphere 0 is in the wall gate.1 by 0.1 of its radius, tolerance 1e-06",
+        "sphere 1, which was there before, is in the wall gate.1 by 0.4 of its radius, limit 0.2",
+    )
 
 
 def test_a_sphere_in_the_rest_of_the_walls_is_told_as_ever():

@@ -206,3 +206,13 @@ def test_walls_that_are_given_later_are_known(tmp_path):
     assert without.provenance["walls"] == "not known"
     save_bed(without, tmp_path / "again.npz")
     assert "walls" not in read_bed(tmp_path / "again.npz", bed.container).provenance
+
+
+def test_sets_of_a_bed_of_packgen_are_found_by_their_names_in_a_scene_of_another_order(tmp_path):
+    settings = {"settings": {"particle_sets": [{"name": "b"}, {"name": "a"}]}}
+    bed = replace(mixed_bed(60), provenance=settings)
+    save_bed(bed, tmp_path / "bed.npz")
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    found = read_bed(tmp_path / "bed.npz", scene=load_scene(tmp_path / "scene.yaml"))
+    assert np.array_equal(found.set_index, 1 - bed.set_index)
+    assert [each.name for each in found.particle_sets] == ["a", "b"]
