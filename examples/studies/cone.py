@@ -28,9 +28,12 @@ SCENE = study.EXAMPLES / "cone.yaml"
 METHODS = (study.ADAM, study.PROJECTION)
 
 
-def scene_of(method: str, seed: int) -> Scene:
-    """Return the scene as a method packs it."""
+def scene_of(method: str, seed: int, share: float) -> Scene:
+    """Return the scene, with a share of its spheres, as a method packs it."""
     scene = replace(load_scene(SCENE), seed=seed)
+    counts = [round(share * (zone.n_particles or 0)) for zone in scene.zones]
+    zones = [each.model_copy(update={"n_particles": n}) for each, n in zip(scene.zones, counts, strict=True)]
+    scene = replace(scene, zones=tuple(zones))
     if method != study.ADAM:
         return scene
     ball = LocationSpec(
@@ -46,7 +49,7 @@ def measure(options: argparse.Namespace) -> list[study.Row]:
     for method in METHODS:
         study.warm_up(method)
         for seed in study.seeds_of(options):
-            bed, asked, seconds = study.pack_scene(scene_of(method, seed), optimizer=method)
+            bed, asked, seconds = study.pack_scene(scene_of(method, seed, options.share), optimizer=method)
             options.beds.setdefault(method, bed)
             for zone, wanted in enumerate(asked):
                 inside = bed.zone_index == zone
@@ -67,6 +70,7 @@ def main() -> None:
     """Read the command line, run, write."""
     parser = study.make_parser(__doc__)
     study.seeds_option(parser, 2)
+    parser.add_argument("--share", type=float, default=1.0, help="of the scene's spheres (default: all)")
     options = parser.parse_args()
     options.beds = {}
 
