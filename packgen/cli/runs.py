@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from packgen.cli.ending import Ending
 from packgen.cli.names import refuse_unreadable
@@ -88,25 +88,24 @@ def add_runs(parser: argparse.ArgumentParser, command: str) -> None:
     parser.add_argument("--json", action="store_true", help="show the table as JSON")
 
 
-def runs_options(parsed: argparse.Namespace, command: str) -> RunsOptions:
-    """Return what `add_runs` and the scene have been given."""
-    flags = {"--picture": parsed.picture, "--no-report": parsed.no_report}
+def runs_options(
+    parser: argparse.ArgumentParser, command: str, arguments: Sequence[str]
+) -> tuple[RunsOptions, dict[str, Any]]:
+    """Return what is asked of the runs, and all that the parser has been given, by its names."""
+    given = vars(parser.parse_args(arguments))
+    flags = {"--picture": given["picture"], "--no-report": given["no_report"]}
+    scene: Path = given["scene"]
     return RunsOptions(
         command=command,
-        scene=parsed.scene,
-        target=parsed.output or Path(f"{parsed.scene.stem}.{command}"),
-        changes=tuple(parsed.set),
-        jobs=parsed.jobs,
-        passed=tuple(name for name, given in flags.items() if given),
-        export=names_in(parsed.export),
-        export_option=tuple(parsed.export_option),
-        templates=parsed.templates,
-        validate=parsed.validate,
-        solver=names_in(parsed.solver),
-        threads=parsed.threads,
-        quiet=parsed.quiet,
-        json=parsed.json,
-    )
+        scene=scene,
+        target=given["output"] or Path(f"{scene.stem}.{command}"),
+        changes=tuple(given["set"]),
+        passed=tuple(name for name, is_given in flags.items() if is_given),
+        export=names_in(given["export"]),
+        export_option=tuple(given["export_option"]),
+        solver=names_in(given["solver"]),
+        **{name: given[name] for name in ("jobs", "templates", "validate", "threads", "quiet", "json")},
+    ), given
 
 
 def solvers_of(options: RunsOptions) -> tuple[str, ...]:

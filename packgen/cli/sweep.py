@@ -58,10 +58,9 @@ def run_sweep_command(command: str, arguments: Sequence[str], ending: Ending) ->
     Raises:
         PackgenError: An option or the scene is wrong, for every run alike.
     """
-    parsed = build_sweep_parser().parse_args(arguments)
-    options = runs_options(parsed, command)
+    options, given = runs_options(build_sweep_parser(), command, arguments)
     solvers = solvers_of(options)
-    table = make_runs(options, _runs(parsed.over, options.changes), solvers, ending)
+    table = make_runs(options, _runs(given["over"], options.changes), solvers, ending)
     code = int(any(each.exit_code != 0 for each in table))
     ending.done(code, f"the table is in {options.target}")
     _conclude(options, table)
