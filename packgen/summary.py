@@ -9,8 +9,8 @@ __all__ = ["FIGURES", "main_figures", "summary"]
 
 FIGURES = (
     "sphere_count", "asked", "mass", "solid_fraction_filled", "solid_fraction_core", "close_packing_reached",
-    "overlap_max", "wall_overlap_max", "contacts", "rattlers", "force_max", "stands_from_friction", "seconds",
-    "peak_memory",
+    "overlap_max", "wall_overlap_max", "contacts", "coordination", "rattlers", "crystal", "law_distance",
+    "force_max", "stands_from_friction", "arrange_seconds", "seconds", "peak_memory",
 )  # fmt: skip
 """The keys of the main figures, in their order."""
 
@@ -27,12 +27,14 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
     Returns:
         A value for each of ``FIGURES``, None where the bed has none: numbers of spheres there and asked for,
         mass [kg], solid fractions of the filled volume and of the core, share of random close packing that is
-        reached, largest overlaps [smaller radii], contacts a sphere and share of rattlers at gaps up to 1 %
-        of the radius, largest force at step 0 [mean weights], least friction at which the bed stands, wall
-        time [s], memory [bytes].
+        reached, largest overlaps [smaller radii], contacts a sphere at gaps up to 1 % of the radius, on their
+        plateau over the gap, share of rattlers, share of the spheres in a crystal, largest distance of a
+        set's sizes from its law by number, largest force at step 0 [mean weights], least friction at which
+        the bed stands, time of the arrangement and of all [s], memory [bytes].
     """
     asked = [each["asked"] for each in report["zones"]]
     masses = [each["mass"] for each in report["sets"]]
+    distances = [each["by_number"]["distance_max"] for each in report["sizes"]]
     contacts: Mapping[str, Any] = next((each for each in report["contacts"] if each["gap"] == GAP), {})
     return {
         "sphere_count": report["sphere_count"],
@@ -44,9 +46,13 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
         "overlap_max": report["overlap"]["overlap_max"],
         "wall_overlap_max": report["overlap"]["wall_overlap_max"],
         "contacts": contacts.get("mean"),
+        "coordination": (report.get("coordination") or {}).get("plateau"),
         "rattlers": contacts.get("rattlers"),
+        "crystal": (report.get("order") or {}).get("crystal"),
+        "law_distance": max((each for each in distances if each is not None), default=None),
         "force_max": (report.get("step_zero") or {}).get("force_max"),
         "stands_from_friction": (report.get("stands_at_friction") or {}).get("friction_least"),
+        "arrange_seconds": report["timings"].get("arrange"),
         "seconds": sum(report["timings"].values()),
         "peak_memory": report["peak_memory"],
     }

@@ -25,6 +25,7 @@ from packgen.arrange import registry
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
 from packgen.cli.clump import CLUMP_EPILOG, build_clump_parser
+from packgen.cli.contest import build_contest_parser
 from packgen.cli.files import CARVE, CONVERT, DESCRIPTIONS, MEASURE, REPEAT, build_file_parser
 from packgen.cli.forecast import build_plan_parser
 from packgen.cli.reshape import CARVE_EPILOG, REPEAT_EPILOG, build_carve_parser, build_repeat_parser
@@ -313,6 +314,7 @@ def ahead_part() -> Iterator[str]:
         ("plan SCENE", build_plan_parser()),
         ("init KIND", build_init_parser()),
         ("sweep SCENE", build_sweep_parser()),
+        ("contest SCENE", build_contest_parser()),
     ):
         yield f"`packgen {name}`: {(parser.description or '').split(' A scene of that name')[0]}\n"
         yield table(("argument", "meaning"), arguments_of(parser))

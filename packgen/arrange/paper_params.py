@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from packgen.values import Count, Keys, NonNegative, Positive, Tolerance, WholeNumber
 
 
@@ -20,6 +22,8 @@ class PaperParams(Keys):
         tolerance: Largest overlap, as a fraction of the smaller radius; None: as the optimiser left it.
         verbosity: Steps of adam between two reports of progress; 0: one report a batch.
     """
+
+    may_change: ClassVar[str] = "nothing"
 
     batch_size: Count | None = None
     lr: Positive = 0.01

@@ -32,6 +32,7 @@ COMMANDS = {
     "clump": ("packgen.cli.clump", "run_clump_command"),
     "plan": ("packgen.cli.forecast", "run_plan_command"),
     "sweep": ("packgen.cli.sweep", "run_sweep_command"),
+    "contest": ("packgen.cli.contest", "run_contest_command"),
     "init": ("packgen.cli.start", "run_start_command"),
     "schema": ("packgen.cli.start", "run_start_command"),
 }
@@ -52,6 +53,7 @@ EPILOG = """other commands:
   packgen clump MESH         fill a stone, or a shape such as ring, with the spheres of a rigid clump
   packgen plan SCENE         tell what the bed will be like, and what will be missed
   packgen sweep SCENE        run a scene with all combinations of some values
+  packgen contest SCENE      run a scene by several algorithms, in one table and one page
   packgen init KIND          write a scene to start from: box, tube, or the path of a mesh
   packgen schema             show the JSON Schema of scenes, for editors
 

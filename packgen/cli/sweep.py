@@ -5,16 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from packgen.cli.ending import Ending
-from packgen.cli.names import refuse_unreadable
-from packgen.cli.options import add_changes, add_formats, command_parser, names_in, whole
-from packgen.cli.plan import check_solvers, find_formats
+from packgen.cli.options import command_parser
+from packgen.cli.runs import RunsOptions, add_runs, make_runs, runs_options, solvers_of
 from packgen.cli.screen import say, say_json
-from packgen.errors import PackgenError, SceneError
+from packgen.errors import PackgenError
 
 if TYPE_CHECKING:
     from packgen.sweep.over import Run
@@ -30,48 +28,6 @@ exit codes: 0 all beds are complete; 1 the table has lines of beds that are not,
 2 wrong input, nothing written; 130 interrupted, what is complete stays"""
 
 
-@dataclass(frozen=True, slots=True)
-class SweepOptions:
-    """The options of ``packgen sweep``.
-
-    Attributes:
-        scene: The scene file.
-        over: The keys with their values, each ``KEY=VALUES``.
-        changes: Values in place of the scene's in every run, each ``KEY=VALUE``.
-        output: The folder of the runs; None: named after the scene.
-        jobs: How many runs at once.
-        passed: Options that every run gets.
-        export: Names of the formats that every run writes.
-        export_option: Options of these.
-        templates: Folder whose deck templates replace packgen's own; None: none does.
-        validate: Whether solvers confirm the beds.
-        solver: Names of these solvers.
-        threads: Threads of a run; None: the free cores shared among the jobs.
-        quiet: Whether to leave out progress.
-        json: Whether to show the table as JSON.
-    """
-
-    scene: Path
-    over: tuple[str, ...]
-    changes: tuple[str, ...] = ()
-    output: Path | None = None
-    jobs: int = 1
-    passed: tuple[str, ...] = ()
-    export: tuple[str, ...] = ()
-    export_option: tuple[str, ...] = ()
-    templates: Path | None = None
-    validate: bool = False
-    solver: tuple[str, ...] = ()
-    threads: int | None = None
-    quiet: bool = False
-    json: bool = False
-
-    @property
-    def target(self) -> Path:
-        """The folder of the runs."""
-        return self.output or Path(f"{self.scene.stem}.sweep")
-
-
 def build_sweep_parser() -> argparse.ArgumentParser:
     """Return the parser of ``packgen sweep``."""
     parser = command_parser("sweep", DESCRIPTION, EPILOG)
@@ -84,57 +40,15 @@ def build_sweep_parser() -> argparse.ArgumentParser:
         help="key of the scene and its values, such as seed=0:9 or materials.glass.friction=0.1,0.3; "
         "may be repeated",
     )
-    add_changes(parser)
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", type=Path, help="folder of the runs (default: SCENE.sweep)"
-    )
-    parser.add_argument("--jobs", metavar="N", type=whole(1), default=1, help="runs at once (default: 1)")
-    add_formats(parser, "deck")
-    parser.add_argument("--validate", action="store_true", help="confirm each bed in a solver")
-    parser.add_argument(
-        "--solver",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="solver for --validate (default: liggghts)",
-    )
-    parser.add_argument(
-        "--threads", metavar="N", type=whole(1), help="threads of each run (default: free cores over jobs)"
-    )
-    parser.add_argument("--picture", action="store_true", help="draw each bed")
-    parser.add_argument("--no-report", action="store_true", help="make no report.html")
-    parser.add_argument("--quiet", action="store_true", help="show what failed alone")
-    parser.add_argument("--json", action="store_true", help="show the table as JSON")
+    add_runs(parser, "sweep")
     return parser
 
 
-def sweep_options(arguments: Sequence[str]) -> SweepOptions:
-    """Return what follows ``sweep``."""
-    parsed = build_sweep_parser().parse_args(arguments)
-    flags = {"--picture": parsed.picture, "--no-report": parsed.no_report}
-    return SweepOptions(
-        scene=parsed.scene,
-        over=tuple(parsed.over),
-        changes=tuple(parsed.set),
-        output=parsed.output,
-        jobs=parsed.jobs,
-        passed=tuple(name for name, given in flags.items() if given),
-        export=names_in(parsed.export),
-        export_option=tuple(parsed.export_option),
-        templates=parsed.templates,
-        validate=parsed.validate,
-        solver=names_in(parsed.solver),
-        threads=parsed.threads,
-        quiet=parsed.quiet,
-        json=parsed.json,
-    )
-
-
-def run_sweep_command(_command: str, arguments: Sequence[str], ending: Ending) -> int:
+def run_sweep_command(command: str, arguments: Sequence[str], ending: Ending) -> int:
     """Run ``packgen sweep``.
 
     Args:
-        _command: Its name; there is but one.
+        command: Its name; there is but one.
         arguments: What follows it.
         ending: Told what is true of the runs.
 
@@ -144,176 +58,36 @@ def run_sweep_command(_command: str, arguments: Sequence[str], ending: Ending) -
     Raises:
         PackgenError: An option or the scene is wrong, for every run alike.
     """
-    options = sweep_options(arguments)
-    solvers = check_solvers(options.solver, validate=options.validate)
-    find_formats((*options.export, *solvers), options.export_option, options.templates)
-    runs = _runs(options)
-    refuse_unreadable([options.target.resolve().name])
-    _check_target(options)
-    done, failed, commands = _sorted(options, runs, solvers)
-    ending.claim = f"what is complete is in {options.target}; the same command goes on with the rest"
-    lines = {each.run.name: each for each in (*done, *failed)}
-    _tell_start(options, len(runs), len(done))
-    for place, each in enumerate(failed, len(done) + 1):
-        _tell(options, each, place, len(runs))
-    _work(options, runs, lines, commands)
-    table = [lines[each.name] for each in runs]
+    options, given = runs_options(build_sweep_parser(), command, arguments)
+    solvers = solvers_of(options)
+    table = make_runs(options, _runs(given["over"], options.changes), solvers, ending)
     code = int(any(each.exit_code != 0 for each in table))
     ending.done(code, f"the table is in {options.target}")
     _conclude(options, table)
     return code
 
 
-def _runs(options: SweepOptions) -> list[Run]:
+def _runs(texts: Sequence[str], changes: Sequence[str]) -> list[Run]:
     from packgen.sweep.over import parse_over, runs_over
 
-    if not options.over:
+    if not texts:
         raise PackgenError("--over: found none, expected a key and its values, such as --over seed=0:9")
     faults, overs = [], []
-    for text in options.over:
+    for text in texts:
         try:
             overs.append(parse_over(text))
         except PackgenError as error:
             faults.append(str(error))
     if faults:
         raise PackgenError("\n".join(faults))
-    fixed = {text.partition("=")[0].strip() for text in options.changes}
+    fixed = {text.partition("=")[0].strip() for text in changes}
     both = [each.key for each in overs if each.key in fixed]
     if both:
         raise PackgenError(f"--set {both[0]}: found beside --over {both[0]}; leave one of them out")
     return runs_over(overs)
 
 
-def _check_target(options: SweepOptions) -> None:
-    """Refuse a folder that is none of a sweep.
-
-    Raises:
-        PackgenError: It is one.
-    """
-    from packgen.resultfolder import MANIFEST
-    from packgen.sweep.table import TABLE
-
-    target = options.target
-    if target.exists() and not target.is_dir():
-        raise PackgenError(f"{target}: is a file, expected a folder; choose another with -o")
-    if (target / MANIFEST).exists():
-        raise PackgenError(
-            f"{target}: is the result of one run, expected a folder for many; choose another with -o"
-        )
-    table = target / TABLE
-    if table.exists() and not table.read_bytes().startswith(b"folder,"):
-        raise PackgenError(f"{table}: is no table of a sweep; choose another folder with -o")
-
-
-def _sorted(
-    options: SweepOptions, runs: Sequence[Run], solvers: Sequence[str]
-) -> tuple[list[Line], list[Line], list[tuple[Run, list[str]]]]:
-    """Return the lines of complete runs, those of runs whose scene is wrong, and the commands of the others.
-
-    Raises:
-        SceneError: The scene is wrong in every run.
-    """
-    from packgen.scene import load_scene
-    from packgen.sweep.table import Line, is_done, line_of_folder
-
-    done, failed, commands = [], [], []
-    first: SceneError | None = None
-    for run in runs:
-        folder = options.target / run.name
-        try:
-            scene = load_scene(options.scene, [*options.changes, *run.changes()])
-        except SceneError as error:
-            first = first or error
-            failed.append(Line(run, error.exit_code, {}, "; ".join(error.problems)))
-            continue
-        if is_done(folder, scene, options.export, solvers):
-            done.append(line_of_folder(run, folder))
-        else:
-            commands.append((run, _command(options, run, folder)))
-    if first is not None and len(failed) == len(runs):
-        raise first
-    return done, failed, commands
-
-
-def _command(options: SweepOptions, run: Run, folder: Path) -> list[str]:
-    """Return the arguments of a run."""
-    from packgen.cores import free_cores
-
-    threads = options.threads or max(1, free_cores() // options.jobs)
-    # As a path, so that a scene called `report` is no command.
-    scene = str(options.scene) if options.scene.is_absolute() else f"./{options.scene}"
-    arguments = [scene, "-o", str(folder), "--threads", str(threads), "--quiet", *options.passed]
-    for text in (*options.changes, *(f"{key}={value}" for key, value in run.values.items())):
-        arguments += ["--set", text]
-    for name in options.export:
-        arguments += ["--export", name]
-    for text in options.export_option:
-        arguments += ["--export-option", text]
-    if options.templates is not None:
-        arguments += ["--templates", str(options.templates)]
-    if options.validate:
-        arguments += ["--validate"]
-    for name in options.solver:
-        arguments += ["--solver", name]
-    return arguments
-
-
-def _work(
-    options: SweepOptions,
-    runs: Sequence[Run],
-    lines: dict[str, Line],
-    commands: Sequence[tuple[Run, list[str]]],
-) -> None:
-    """Make what is to be made; the table always has what is known so far."""
-    from packgen.sweep import processes
-    from packgen.sweep.table import TABLE, Line, line_of_folder, write_table
-
-    options.target.mkdir(parents=True, exist_ok=True)
-
-    def write() -> None:
-        known = [lines[each.name] for each in runs if each.name in lines]
-        write_table(options.target / TABLE, runs, known)
-
-    write()
-    for ended in processes.run_all(commands, options.jobs):
-        run = ended.key
-        if ended.code in (0, 1) and (options.target / run.name).is_dir():
-            line = line_of_folder(run, options.target / run.name)
-        else:
-            line = Line(run, ended.code, {}, _reason(ended.said, ended.code))
-        lines[run.name] = line
-        write()
-        _tell(options, line, len(lines), len(runs))
-
-
-def _reason(said: str, code: int) -> str:
-    """Return why a run has no bed, from what it wrote on standard error."""
-    texts = [each.removeprefix("packgen: ") for each in said.splitlines() if each.startswith("packgen: ")]
-    reasons = [each for each in texts if not each.startswith("warning: ")]
-    return "; ".join(reasons) or (said.strip().splitlines() or [f"ended with exit code {code}"])[-1]
-
-
-def _tell_start(options: SweepOptions, count: int, done: int) -> None:
-    if not options.quiet:
-        before = f", {done:,} of them complete already" if done else ""
-        say(f"packgen: {count:,} runs{before}", sys.stderr)
-
-
-def _tell(options: SweepOptions, line: Line, place: int, count: int) -> None:
-    """Say how a run ended; of those that are complete only where progress is wanted."""
-    where = f"packgen: {place} of {count}: {line.run.label()}"
-    if line.exit_code == 0:
-        solid = line.figures["solid_fraction_core"] or line.figures["solid_fraction_filled"]
-        if not options.quiet:
-            say(f"{where}: complete, solid fraction {solid:.4f}, {line.figures['seconds']:.1f} s", sys.stderr)
-    else:
-        verdict = "missed" if line.exit_code == 1 and line.figures else "failed"
-        say(f"{where}: {verdict}: {line.message}", sys.stderr)
-
-
-def _conclude(options: SweepOptions, table: Sequence[Line]) -> None:
-    from packgen.sweep.table import TABLE
-
+def _conclude(options: RunsOptions, table: Sequence[Line]) -> None:
     counts = {
         "complete": sum(each.exit_code == 0 for each in table),
         "missed something": sum(each.exit_code == 1 and bool(each.figures) for each in table),
@@ -323,4 +97,4 @@ def _conclude(options: SweepOptions, table: Sequence[Line]) -> None:
         say_json({"folder": str(options.target.resolve()), "runs": [each.row() for each in table]})
     elif not options.quiet:
         said = ", ".join(f"{count:,} {name}" for name, count in counts.items() if count)
-        say(f"{said}; written to {options.target / TABLE}", sys.stdout)
+        say(f"{said}; written to {options.target / options.table}", sys.stdout)

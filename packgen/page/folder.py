@@ -70,7 +70,7 @@ def _list(folder: Path, *names: str) -> None:
     report = read_report(folder)
     if not set(names) <= set(report["files"]):
         report["files"] = sorted({*report["files"], *names})
-        _replace(folder / MANIFEST, json.dumps(report, indent=2, ensure_ascii=False) + "\n")
+        replace_page(folder / MANIFEST, json.dumps(report, indent=2, ensure_ascii=False) + "\n")
 
 
 def write_page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:
@@ -86,7 +86,7 @@ def write_page(folder: Path, name: str, view: Mapping[str, Any]) -> Path:
     """
     validation = _read(folder / VALIDATION) if (folder / VALIDATION).exists() else {}
     report = read_report(folder)
-    _replace(folder / PAGE, report_html(bed_name(report, name), report, validation, view))
+    replace_page(folder / PAGE, report_html(bed_name(report, name), report, validation, view))
     return folder / PAGE
 
 
@@ -110,7 +110,7 @@ def compare_folders(folders: Sequence[Path], page: Path) -> list[tuple[str, ...]
     names = [folder.resolve().name for folder in folders]
     if len(set(names)) < len(names):
         names = [folder.as_posix() for folder in folders]
-    _replace(page, comparison_html(names, reports))
+    replace_page(page, comparison_html(names, reports))
     return [("", *names), *side_by_side(reports)]
 
 
@@ -139,11 +139,12 @@ def _read(path: Path) -> dict[str, Any]:
     return content
 
 
-def _replace(path: Path, text: str) -> None:
-    """Write a file that appears whole or not at all."""
+def replace_page(path: Path, text: str) -> Path:
+    """Write a file that appears whole or not at all, and return its path."""
     partial = path.with_name(f".{path.name}.unfinished")
     try:
         partial.write_text(text, encoding="utf-8")
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+    return path

@@ -73,16 +73,23 @@ def comparison_html(names: Sequence[str], reports: Sequence[Mapping[str, Any]]) 
         names: What the beds are called.
         reports: Content of each ``report.json``.
     """
+    return environment().get_template("compare.html.j2").render(
+        names=names,
+        rows=side_by_side(reports),
+        plots=plots_by_title(names, reports),
+        version=__version__,
+    )  # fmt: skip
+
+
+def plots_by_title(
+    names: Sequence[str], reports: Sequence[Mapping[str, Any]]
+) -> list[tuple[str, list[tuple[str, Plot]]]]:
+    """Return the plots of some beds, those of one kind together, each with the name of its bed."""
     by_title: dict[str, list[tuple[str, Plot]]] = {}
     for name, report in zip(names, reports, strict=True):
         for plot in plots(report, {}):
             by_title.setdefault(plot.title, []).append((name, _safe(plot)))
-    return environment().get_template("compare.html.j2").render(
-        names=names,
-        rows=side_by_side(reports),
-        plots=list(by_title.items()),
-        version=__version__,
-    )  # fmt: skip
+    return list(by_title.items())
 
 
 def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
+from types import MappingProxyType
 
 from packgen.errors import PackgenError, SceneError
 from packgen.scene.changes import Change, parse_change
@@ -45,14 +46,22 @@ class Run:
     Attributes:
         name: Name of its folder.
         values: The value of each key, by its path.
+        beside: Values of other keys, which are not told.
+        option: The option that gives them.
     """
 
     name: str
     values: dict[str, str]
+    beside: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    option: str = OPTION
+
+    def settings(self) -> list[str]:
+        """Return all values, each as ``KEY=VALUE``."""
+        return [f"{key}={value}" for key, value in {**self.values, **self.beside}.items()]
 
     def changes(self) -> list[Change]:
-        """Return the values as changes of the scene."""
-        return [parse_change(f"{key}={value}", option=OPTION) for key, value in self.values.items()]
+        """Return all values as changes of the scene."""
+        return [parse_change(each, option=self.option) for each in self.settings()]
 
     def label(self) -> str:
         """Return the values as a line."""

@@ -17,9 +17,8 @@ from packgen.scene import Scene
 from packgen.summary import FIGURES, main_figures
 from packgen.sweep.over import Run
 
-__all__ = ["TABLE", "Line", "columns", "is_done", "line_of_folder", "write_table"]
+__all__ = ["Line", "columns", "is_done", "line_of_folder", "write_table"]
 
-TABLE = "sweep.csv"
 VALIDATION = "validation.json"
 
 

@@ -16,6 +16,7 @@ class Params(Keys):
 
     zone_keys: ClassVar[frozenset[str]] = frozenset({"solid_fraction", "porosity", "void_ratio", "gap"})
     weightless: ClassVar[bool] = True
+    may_change: ClassVar[str] = "nothing"
     holds: ClassVar[tuple[str, ...]] = ("fixed",)
 
     tolerance: Tolerance = 1.0e-6

@@ -49,6 +49,11 @@ class Params(Keys):
     tolerance: Tolerance = 1.0e-6
 
     @property
+    def may_change(self) -> str:
+        """What gives way of what the scene says."""
+        return self.adjust
+
+    @property
     def fits_container(self) -> bool:
         """Whether the container takes the size that the spheres need."""
         return self.adjust == "container"
