@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -24,16 +25,22 @@ LINES_MAX = 400
 ARGUMENTS_MAX = 10
 
 
-def imports(path: Path, *, top_only: bool) -> Iterator[str]:
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def imports(path: Path, *, top_only: bool) -> tuple[str, ...]:
     """Dotted names that a module imports; ``from a import b`` gives a.b too."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = list(_top_level(tree)) if top_only else list(ast.walk(tree))
-    for node in nodes:
+    names: list[str] = []
+    for node in _top_level(parsed(path)) if top_only else ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
-            yield from (each.name for each in node.names)
+            names += [each.name for each in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            yield from (f"{node.module}.{each.name}" for each in node.names)
+            names += [f"{node.module}.{each.name}" for each in node.names]
+    return tuple(names)
 
 
 def _top_level(tree: ast.Module) -> Iterator[ast.stmt]:
@@ -241,7 +248,7 @@ def arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 @pytest.mark.parametrize("path", MODULES, ids=named)
 def test_no_function_takes_too_many_arguments(path):
-    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    nodes = ast.walk(parsed(path))
     functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     assert [each.name for each in functions if arguments(each) > ARGUMENTS_MAX] == []
 
@@ -312,7 +319,7 @@ SCREEN = 60  # lines
 
 @pytest.mark.parametrize("path", CLI, ids=named)
 def test_functions_of_the_command_line_take_few_arguments_and_fit_a_screen(path):
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.FunctionDef):
             given = node.args
             count = len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
@@ -324,7 +331,7 @@ def test_functions_of_the_command_line_take_few_arguments_and_fit_a_screen(path)
 def test_only_one_place_reads_what_the_parser_of_a_run_gives(path):
     taken = [
         ast.unparse(each.annotation)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(parsed(path))
         if isinstance(node, ast.FunctionDef)
         for each in (*node.args.args, *node.args.kwonlyargs)
         if each.annotation is not None
