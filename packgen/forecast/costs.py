@@ -16,13 +16,15 @@ START = 3.0  # seconds to load, and to write the page
 FINISH = 6.0e-6  # seconds a sphere for check, measures and report
 PROJECTION, ADAM, DISPERSED = 18.0e-6, 1.2e-3, 40.0e-6  # seconds a sphere, equal ones
 JAMMED, PROOF = 0.26e-3, 4.0e-3  # seconds a sphere, without and with a proof
+AIMED = 2.5  # times as long under gravity for a solid fraction asked for: 1 to 4.8, see densities.txt
 PROOF_MAX = 2_000  # spheres up to which a proof is tried by itself
 BROAD, BROAD_RATIO = 2.7, 5.0  # times as long for broad sizes, from this ratio of radii on
 MEMORY_START, MEMORY = 0.35e9, 360.0  # bytes, and bytes a sphere
 
 RULE = (
     "3 s, and for each sphere 18 us (adam 1.2 ms, DISPERSED 0.04 ms, JAMMED 0.26 ms, with a proof 4 ms), up "
-    "to 2.7 times that for broad sizes, and 6 us to measure it; 350 MB, and 0.36 kB for each sphere"
+    "to 2.7 times that for broad sizes, 2.5 times for a solid fraction under gravity, and 6 us to measure "
+    "it; 350 MB, and 0.36 kB for each sphere"
 )
 
 
@@ -39,7 +41,7 @@ class Cost:
     memory: float
 
 
-def cost_of(algorithm: str, params: Any, count: float, ratio: float) -> Cost:
+def cost_of(algorithm: str, params: Any, count: float, ratio: float, *, aimed: bool = False) -> Cost:
     """Return what a run costs.
 
     Args:
@@ -47,8 +49,11 @@ def cost_of(algorithm: str, params: Any, count: float, ratio: float) -> Cost:
         params: Its settings.
         count: Number of spheres.
         ratio: Largest radius over the smallest.
+        aimed: Whether a solid fraction is asked for.
     """
     each = _seconds_a_sphere(algorithm, params, count)
+    if each is not None and aimed and getattr(type(params), "compacts", False):
+        each *= AIMED
     broad = 1.0 + (BROAD - 1.0) * min(math.log(max(ratio, 1.0)) / math.log(BROAD_RATIO), 1.0)
     seconds = None if each is None else START + count * (each * broad + FINISH)
     return Cost(seconds, MEMORY_START + MEMORY * count)

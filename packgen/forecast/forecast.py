@@ -170,7 +170,11 @@ def forecast(
         container, found.up, tuple(found.zones), sets, height, highest, all_sizes.close_packing,
         _cube(zones, found.zones, all_sizes, jammed=_jams(scene), endless=all(container.periodic)),
         found.factor,
-        cost_of(scene.algorithm, scene.params, sum(counts), ratio), tuple(found.missed), tuple(warnings),
+        cost_of(
+            scene.algorithm, scene.params, sum(counts), ratio,
+            aimed=any(zone.solid_fraction_asked is not None for zone in zones),
+        ),
+        tuple(found.missed), tuple(warnings),
     )  # fmt: skip
 
 
