@@ -182,7 +182,8 @@ def test_seams_are_as_dense_as_the_rest_and_the_bed_as_one_piece(tmp_path):
             found.append(solid_fraction_with(bed, core_of(bed)).core)
             if tile:
                 excess.append(seam_excess(bed, np.array([1.5, 2.5, 3.5, 4.5])))
-    # Without the rims seams are 2 % less dense. Three beds of this size tell it to about 0.3 %.
+    # Without the rims seams are 2 % less dense. 20 seeds: 0.0003 +- 0.0039 at the seams, cores of 0.6164 and
+    # 0.6159 that are 0.0005 +- 0.0009 apart.
     assert abs(np.mean(excess)) < 0.01
     assert np.mean(core[20]) == pytest.approx(np.mean(core[None]), abs=0.003)
 
