@@ -61,7 +61,7 @@ def _densities(data: dict[str, Any]) -> list[Fault]:
 
 
 def _cell(data: dict[str, Any]) -> list[Fault]:
-    """Return a container that is a free cell where the algorithm knows none, or is none where it needs one."""
+    """Return a free cell where the algorithm knows none, or another container where it needs one."""
     container, name = data.get("container"), data.get("algorithm") or DEFAULT
     if not isinstance(container, dict) or not isinstance(name, str):
         return []
