@@ -1,4 +1,4 @@
-"""Cells of any shape in files: CIF, tilted boxes of LAMMPS, extended XYZ; other formats refuse them by name."""
+"""Cells of any shape in files: CIF, tilted boxes of LAMMPS, extended XYZ; other formats refuse them."""
 
 from __future__ import annotations
 
