@@ -21,7 +21,7 @@ from packgen.stopping import held, tidied
 WORTH = 4.0
 """Seconds of work left from which further processes are worth their start."""
 
-__all__ = ["results_of"]
+__all__ = ["results_in_order", "results_of"]
 
 
 def results_of(
@@ -45,6 +45,19 @@ def results_of(
         if processes > 1 and (len(calls) - done) * (time.monotonic() - began) > WORTH:
             yield from _shared(function, calls, done, processes)
             return
+
+
+def results_in_order(
+    function: Callable[..., Any], calls: Sequence[tuple[Any, ...]], processes: int
+) -> Iterator[Any]:
+    """Yield what a function returns in the order of the calls; see ``results_of``."""
+    early: dict[int, Any] = {}
+    following = 0
+    for number, result in results_of(function, calls, processes):
+        early[number] = result
+        while following in early:
+            yield early.pop(following)
+            following += 1
 
 
 def _shared(
