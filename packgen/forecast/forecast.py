@@ -250,8 +250,9 @@ def _fill(
         place, part = _place(scene, index), cells.within(zone.locations, zone.reach)
         fraction = _settled(scene, container, zone, cells, part, -down)
         need = None if zone.solid is None else zone.solid / fraction
-        if getattr(scene.params, "fits_container", False) and need is not None:
-            filled.factor = float(np.cbrt(need / container.volume))
+        fitted = getattr(scene.params, "fits_container", False)
+        if (fitted or getattr(scene.params, "any_amount", False)) and need is not None:
+            filled.factor = float(np.cbrt(need / container.volume)) if fitted else None
             taken = Taken(need, need, base, base, 0.0)
         else:
             taken = cells.take(index, part, need)

@@ -68,8 +68,8 @@ def arrange(task: Task) -> Outcome:
     room = Room.of(task.container)
     if room is None:
         raise PackingError(
-            f"{zone.place}: found a container with a curved or inner wall, or one that wraps around, expected a "
-            "box, a sphere or a convex mesh; OPTIMAL knows no others"
+            f"{zone.place}: found a container with a curved or inner wall, or that wraps around, expected "
+            "a box, a sphere or a convex mesh; OPTIMAL knows no others"
         )
     draw = zone.supply.take(zone.supply.remaining or 0)
     # Falling sizes, equal ones in their order: the spheres of a set of sizes are its first ones.
@@ -87,8 +87,8 @@ def _refuse(task: Task, zone: ZoneTask) -> None:
     """
     if len(task.zones) > 1:
         raise PackingError(
-            f"{task.zones[1].place}: found {len(task.zones)} zones, expected one: OPTIMAL looks at all spheres "
-            "together; give their shares by `set_proportions`"
+            f"{task.zones[1].place}: found {len(task.zones)} zones, expected one: OPTIMAL looks at all "
+            "spheres together; give their shares by `set_proportions`"
         )
     if zone.locations:
         raise PackingError(
@@ -97,13 +97,13 @@ def _refuse(task: Task, zone: ZoneTask) -> None:
         )
     if zone.supply.asked is None:
         raise PackingError(
-            f"{zone.place}: found no amount, expected the number of spheres to look at; give `n_particles`, or a "
-            "file of radii"
+            f"{zone.place}: found no amount, expected the number of spheres to look at; give `n_particles`, "
+            "or a file of radii"
         )
     if zone.supply.asked > SPHERES_MAX:
         raise PackingError(
-            f"{zone.place}: found {zone.supply.asked:,} spheres, expected at most {SPHERES_MAX}: of more, no search "
-            "comes near the best; take `algorithm: JAMMED`"
+            f"{zone.place}: found {zone.supply.asked:,} spheres, expected at most {SPHERES_MAX}: of more, no "
+            "search comes near the best; take `algorithm: JAMMED`"
         )
     if task.settings.proof is True and not proof.is_installed():
         raise PackingError(
@@ -115,14 +115,16 @@ def _scaled(task: Task, zone: ZoneTask, room: Room, draw: Draw, order: Int64Arra
     """Place all spheres, their radii times the largest common factor."""
     began = time.time()
     radius = draw.radius[order]
-    bound = scale_bound(room, radius, is_box=isinstance(task.container.shape, Box))
+    is_box = isinstance(task.container.shape, Box)
+    bound = scale_bound(room, radius, is_box=is_box)
     found = _best_scale(task, zone, room, radius, bound)
     closed = bound.value <= found.placed.factor * (1.0 + CLOSED)
     proven = None
     if not closed and _wants_proof(task, len(radius)) and found.ended != "stopped":
         task.on_progress(Progress("proof", 0, None, 1, 1.0, 0))
         seconds = task.settings.time_limit - (time.time() - began)
-        proven = proof.prove_scale(room, radius, found.placed.factor, bound.value, seconds)
+        reached = found.placed.factor
+        proven = proof.prove_scale(room, radius, reached, bound.value, seconds, is_box=is_box)
         if proven.bound < bound.value:
             bound = Bound(proven.bound, f"branch and bound, {proven.nodes:,} nodes")
     factor = found.placed.factor
@@ -217,7 +219,8 @@ def _chosen(task: Task, zone: ZoneTask, room: Room, draw: Draw, order: Int64Arra
     if not proven and _wants_proof(task, len(radius)) and ended != "stopped":
         task.on_progress(Progress("proof", 0, None, 1, 1.0, 0))
         seconds = settings.time_limit - (time.time() - began)
-        found = proof.prove_volume(room, radius, value / UNIT_VOLUME, seconds)
+        is_box = isinstance(task.container.shape, Box)
+        found = proof.prove_volume(room, radius, value / UNIT_VOLUME, seconds, is_box=is_box)
         if found.bound * UNIT_VOLUME < bound.value:
             bound = Bound(found.bound * UNIT_VOLUME, f"branch and bound, {found.nodes:,} nodes")
         proven = found.finished and bound.value <= value * (1.0 + 2.0 * proof.RELATIVE)

@@ -1,4 +1,4 @@
-"""Which of some spheres fill a room best: sets of larger volume than the best one are tried again and again."""
+"""Which of some spheres fill a room best: sets of larger volume than the best one are tried in turn."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ GAIN_MAX = 2.0
 
 
 def largest_factor(room: Room, radius: Float64Array, center: Float64Array) -> float:
-    """Return the largest common factor of the radii at which nothing overlaps; 0 where a centre is outside."""
+    """Return the largest common factor of the radii at which nothing overlaps; 0 with a centre outside."""
     by_walls = float((room.distances(center).min(axis=1) / radius).min())
     first, second = np.triu_indices(len(radius), 1)
     way = center[first] - center[second]

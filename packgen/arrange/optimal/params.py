@@ -40,6 +40,7 @@ class Params(Keys):
 
     zone_keys: ClassVar[frozenset[str]] = frozenset()
     weightless: ClassVar[bool] = True
+    any_amount: ClassVar[bool] = True
 
     maximize: Literal["volume", "scale"] = "volume"
     time_limit: Positive = 60.0

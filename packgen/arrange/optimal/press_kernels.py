@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.compiled import inner_loop, loop
+from packgen.compiled import loop
 
 STEP_FIRST, STEP_MAX = 0.1, 0.25
 """First and longest step of time, in those of the smallest contact."""
@@ -19,7 +19,7 @@ STEP_FIRST, STEP_MAX = 0.1, 0.25
 MIXING, MIXING_FALL, LONGER, SHORTER, PATIENCE = 0.1, 0.99, 1.1, 0.5, 5
 
 
-@inner_loop
+@loop
 def push(
     center: NDArray[np.float64],
     half: NDArray[np.float64],

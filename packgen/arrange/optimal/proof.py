@@ -43,7 +43,9 @@ def is_installed() -> bool:
     return importlib.util.find_spec("pyscipopt") is not None
 
 
-def prove_scale(room: Room, radius: Float64Array, reached: float, most: float, seconds: float) -> Proof:
+def prove_scale(
+    room: Room, radius: Float64Array, reached: float, most: float, seconds: float, *, is_box: bool
+) -> Proof:
     """Return what the common factor of radii cannot exceed.
 
     Args:
@@ -52,19 +54,22 @@ def prove_scale(room: Room, radius: Float64Array, reached: float, most: float, s
         reached: The best factor known.
         most: A bound that is known.
         seconds: Time that it may take.
+        is_box: Whether the room is its own mirror image along each axis.
     """
     model = _model(seconds)
     factor = model.addVar(lb=reached, ub=most, name="factor")
-    place = _places(model, room, radius, [factor] * len(radius), reached)
+    square = model.addVar(lb=reached * reached, ub=most * most, name="square")
+    model.addCons(square == factor * factor)
+    place = _places(model, room, radius, [factor] * len(radius), reached, is_box=is_box)
     for one in range(len(radius)):
         for other in range(one):
-            square = _square(place[one], place[other])
-            model.addCons(square >= float(radius[one] + radius[other]) ** 2 * factor * factor)
+            apart = float(radius[one] + radius[other]) ** 2
+            model.addCons(_square(place[one], place[other]) >= apart * square)
     model.setObjective(factor, "maximize")
     return _solved(model)
 
 
-def prove_volume(room: Room, radius: Float64Array, reached: float, seconds: float) -> Proof:
+def prove_volume(room: Room, radius: Float64Array, reached: float, seconds: float, *, is_box: bool) -> Proof:
     """Return what the sum of the cubes of chosen radii cannot exceed [m3].
 
     Args:
@@ -72,11 +77,12 @@ def prove_volume(room: Room, radius: Float64Array, reached: float, seconds: floa
         radius: Radii to choose from [m], shape (K,).
         reached: The largest sum known [m3].
         seconds: Time that it may take.
+        is_box: Whether the room is its own mirror image along each axis.
     """
     model = _model(seconds)
     unit = float(radius.max())
     chosen = [model.addVar(vtype="B", name=f"chosen{number}") for number in range(len(radius))]
-    place = _places(model, room, radius, [1.0] * len(radius), 1.0, chosen)
+    place = _places(model, room, radius, [1.0] * len(radius), 1.0, is_box=is_box)
     for one in range(len(radius)):
         for other in range(one):
             apart = float(radius[one] + radius[other]) ** 2
@@ -84,7 +90,7 @@ def prove_volume(room: Room, radius: Float64Array, reached: float, seconds: floa
             if radius[one] == radius[other]:
                 model.addCons(chosen[other] >= chosen[one])
     value = sum(float((each / unit) ** 3) * which for each, which in zip(radius, chosen, strict=True))
-    model.addCons(value >= reached / unit**3 * (1.0 - 1.0e-9))
+    model.addCons(value >= reached / unit**3 * (1.0 - 1.0e-6))
     model.setObjective(value, "maximize")
     proof = _solved(model)
     return Proof(proof.bound * unit**3, proof.finished, proof.nodes)
@@ -97,7 +103,7 @@ def _model(seconds: float) -> Any:
     model.hideOutput()
     model.setParam("limits/time", max(seconds, 1.0))
     model.setParam("limits/gap", RELATIVE)
-    model.setParam("numerics/feastol", 1.0e-9)
+    model.setParam("numerics/feastol", 1.0e-7)
     return model
 
 
@@ -107,10 +113,15 @@ def _places(
     radius: Float64Array,
     factor: list[Any],
     least: float,
-    chosen: list[Any] | None = None,
+    *,
+    is_box: bool,
 ) -> list[list[Any]]:
-    """Add the centres, inside the room, equal ones in the order of their first coordinate."""
-    place = []
+    """Add the centres, inside the room, equal ones in the order of their first coordinate.
+
+    Mirror images are looked at once: in a box the first centre is in the lower half along y and z, and along
+    x where that order leaves it free.
+    """
+    place: list[list[Any]] = []
     for number, own in enumerate(radius.tolist()):
         low, high = room.bounds + np.array([[1.0], [-1.0]]) * least * own
         if (low > high).any():
@@ -122,8 +133,12 @@ def _places(
         for normal, offset in zip(room.normal.tolist(), room.offset.tolist(), strict=True):
             along = sum(normal[k] * point[k] for k in range(3) if normal[k] != 0.0)
             model.addCons(along + factor[number] * own <= offset)
-        if number and radius[number] == radius[number - 1] and chosen is None:
+        if number and radius[number] == radius[number - 1]:
             model.addCons(place[-1][0] <= point[0])
+        if number == 0 and is_box:
+            middle = room.bounds.mean(axis=0)
+            for k in (0, 1, 2) if len(radius) == 1 or radius[1] != own else (1, 2):
+                model.addCons(point[k] <= float(middle[k]))
         place.append(point)
     return place
 
