@@ -25,8 +25,8 @@ SEARCHES = ("OPTIMAL", "SHRINKING_CELL")  # they take their time by starts, not 
 
 RULE = (
     "3 s, and for each sphere 18 us (adam 1.2 ms, DISPERSED 0.04 ms, JAMMED 0.26 ms, with a proof 4 ms), up "
-    "to 2.7 times that for broad sizes, and 6 us to measure it; SHRINKING_CELL 0.04 s a start and 0.02 s more "
-    "for each sphere, OPTIMAL its time limit; 350 MB, and 0.36 kB for each sphere"
+    "to 2.7 times that for broad sizes, and 6 us to measure it; SHRINKING_CELL 0.04 s a start and 0.02 s "
+    "more for each sphere, OPTIMAL its time limit; 350 MB, and 0.36 kB for each sphere"
 )
 
 
