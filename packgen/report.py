@@ -297,6 +297,8 @@ def measure_bed(
         The measures.
     """
     found = check if check is not None else check_bed(bed)
+    if search is not None and search.maximized != "fraction":
+        laws = ()  # what is chosen or scaled follows no law
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
     compared = [_sizes(bed, index, law) for index, law in enumerate(by_law)]
     core = core_of(bed)

@@ -23,7 +23,7 @@ from packgen.errors import PackingError
 from packgen.geometry import Box
 from packgen.portable import cube
 from packgen.search import Search
-from packgen.stopping import answer, heed
+from packgen.stopping import answer
 from packgen.supply.supply import Draw
 
 SPHERES_MAX = 200
@@ -165,7 +165,7 @@ def _best_scale(task: Task, zone: ZoneTask, room: Room, radius: Float64Array, bo
     except KeyboardInterrupt:
         if best is None:
             raise
-        _keep()
+        answer()  # what was found is kept, and written
         ended = "stopped"
     assert best is not None
     hits = _hits(factors, best.placed.factor)
@@ -174,12 +174,6 @@ def _best_scale(task: Task, zone: ZoneTask, room: Room, radius: Float64Array, bo
 
 def _hits(factors: list[float], top: float) -> int:
     return sum(each >= top * (1.0 - SAME) for each in factors)
-
-
-def _keep() -> None:
-    """Take a stop as heard: what was found is kept, and written."""
-    answer()
-    heed()
 
 
 def _chosen(task: Task, zone: ZoneTask, room: Room, draw: Draw, order: Int64Array) -> Outcome:
@@ -207,7 +201,7 @@ def _chosen(task: Task, zone: ZoneTask, room: Room, draw: Draw, order: Int64Arra
     except KeyboardInterrupt:
         if best is None:
             raise
-        _keep()
+        answer()  # what was found is kept, and written
         ended = "stopped"
     if best is None or not best.numbers.any():
         raise PackingError(
