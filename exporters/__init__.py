@@ -1,7 +1,7 @@
 """The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
 
 A module may also have ``check_outlook(outlook, options)``, which refuses a scene before the run, and
-``IS_DECK``, ``NEEDS`` and ``STREAMS``; see ``exporters.protocol``.
+``IS_DECK``, ``NEEDS``, ``STREAMS`` and ``CELLS``; see ``exporters.protocol``.
 
 An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
 through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
@@ -26,6 +26,7 @@ from typing import Any, cast
 
 from exporters.protocol import ALL_NEEDS, Exporter, Outlook
 from packgen.errors import ExportError
+from packgen.geometry import Container
 
 __all__ = ["BUILTIN", "ENTRY_POINT_GROUP", "Exporter", "Outlook", "get", "names"]
 
@@ -47,6 +48,7 @@ BUILTIN = MappingProxyType(
         "geotaichi": "exporters.geotaichi",
         "chrono": "exporters.chrono",
         "extxyz": "exporters.extxyz",
+        "cif": "exporters.cif",
         "lethe": "exporters.lethe",
         "phasicflow": "exporters.phasicflow",
         "serpent": "exporters.serpent",
@@ -69,6 +71,7 @@ class _Complete:
     IS_DECK: bool
     NEEDS: tuple[str, ...]
     STREAMS: bool
+    CELLS: bool
 
 
 def names() -> tuple[str, ...]:
@@ -101,11 +104,40 @@ def _completed(exporter: Any) -> Exporter:
     check = getattr(exporter, "check_outlook", _accept)
     is_deck = bool(getattr(exporter, "IS_DECK", False))
     needs = tuple(getattr(exporter, "NEEDS", ALL_NEEDS))
-    streams = bool(getattr(exporter, "STREAMS", False))
+    streams, cells = (bool(getattr(exporter, name, False)) for name in ("STREAMS", "CELLS"))
+    write = exporter.write
+    if not cells:
+        check, write = _without_cells(exporter.NAME, check, write)
     return cast(
         "Exporter",
-        _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck, needs, streams),
+        _Complete(exporter.NAME, exporter.Options, write, check, is_deck, needs, streams, cells),
     )
+
+
+def _without_cells(
+    name: str, check: Callable[..., None], write: Callable[..., list[Path]]
+) -> tuple[Callable[..., None], Callable[..., list[Path]]]:
+    """Return a check and a writer that refuse periodic cells of any shape first."""
+
+    def refuse(container: Container) -> None:
+        if container.cell is not None:
+            modules = {each: import_module(path) for each, path in BUILTIN.items()}
+            known = ", ".join(each for each, module in modules.items() if getattr(module, "CELLS", False))
+            raise ExportError(
+                f"{name}: found a periodic cell whose edges are not along x, y and z, expected a box or "
+                f"walls; take a format that knows such cells: {known}"
+            )
+
+    def check_first(outlook: Outlook, options: Any) -> None:
+        with outlook.placed("container"):
+            refuse(outlook.container)
+        check(outlook, options)
+
+    def write_after(bed: Any, folder: Path, options: Any) -> list[Path]:
+        refuse(bed.container)
+        return write(bed, folder, options)
+
+    return check_first, write_after
 
 
 def _accept(_outlook: Outlook, _options: Any) -> None:

@@ -15,6 +15,7 @@ from packgen.bed import AnyBed, numbered
 NAME = "csv"
 NEEDS = ("density",)
 STREAMS = True
+CELLS = True
 COLUMNS = ("id", "x", "y", "z", "radius", "density", "set", "zone", "batch")
 Options = table.NoOptions
 

@@ -20,6 +20,7 @@ from packgen.bed import AnyBed, Bed, numbered
 NAME = "extxyz"
 NEEDS: tuple[str, ...] = ()
 STREAMS = True
+CELLS = True
 Options = table.NoOptions
 
 
@@ -35,7 +36,10 @@ def write(bed: AnyBed, folder: Path, _options: Options) -> list[Path]:
     properties = "species:S:1:pos:R:3:radius:R:1:id:I:1:set:I:1:zone:I:1:batch:I:1"
     properties += ":density:R:1" if known else ""
     low, high = bed.container.bounds
-    lattice = " ".join(map(repr, np.diag(high - low).ravel().tolist()))
+    vectors = np.diag(high - low)
+    if bed.container.cell is not None:
+        low, vectors = np.zeros(3), bed.container.cell
+    lattice = " ".join(map(repr, vectors.ravel().tolist()))
     origin = " ".join(map(repr, low.tolist()))
     periodic = " ".join("T" if wraps else "F" for wraps in bed.container.periodic)
     told = deck.provenance_values(bed)

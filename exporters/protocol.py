@@ -67,6 +67,8 @@ class Exporter(Protocol):
             where it is left out. A bed that was read from a file may lack some.
         STREAMS: Whether ``write`` takes a bed in pieces as well, which has the attributes of
             `packgen.bed.AnyBed` and no arrays of all spheres; False where it is left out.
+        CELLS: Whether it takes beds whose container is a periodic cell of any shape, `Container.cell`; False
+            where it is left out: such beds are refused, in its name.
     """
 
     NAME: str
@@ -74,6 +76,7 @@ class Exporter(Protocol):
     IS_DECK: bool
     NEEDS: tuple[str, ...]
     STREAMS: bool
+    CELLS: bool
 
     def check_outlook(self, outlook: Outlook, options: Any) -> None:
         """Refuse before the run what the format cannot take; where it is left out, nothing is refused.

@@ -24,6 +24,7 @@ from packgen.errors import ExportError
 NAME = "vtk"
 NEEDS: tuple[str, ...] = ()
 STREAMS = True
+CELLS = True
 
 
 class Options(BaseModel):

@@ -28,6 +28,7 @@ from packgen.geometry import (
     Surface,
     floor_direction,
 )
+from packgen.geometry.cells import cell_images, into_cell
 
 # Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
 __all__ = [
@@ -332,7 +333,7 @@ def with_images(bed: Bed, along: Float64Array | None = None) -> tuple[Float64Arr
     Args:
         bed: The bed.
         along: Unit normal of a slab's planes. A sphere that crosses a seam beside the slab counts as a whole,
-            so that no images are made there.
+            so that no images are made there. In a cell of any shape all images are made.
 
     Returns:
         Centres [m], shape (M, 3), float64, the bed's own first; radii [m], shape (M,), float64.
@@ -350,6 +351,11 @@ def with_owned_images(
     """Return what `with_images` does, and the index in the bed of each sphere or image, shape (M,), int64."""
     position, radius, owner = bed.position, bed.radius, np.arange(bed.count)
     low, high = bed.container.bounds
+    if bed.container.cell is not None:
+        position = into_cell(position, bed.container.cell)
+        images, of, _ = cell_images(position, bed.container.cell, radius)
+        owner = np.concatenate([owner, of])
+        return np.concatenate([position, images]), radius[owner], owner
     if along is not None and is_askew(along, bed.container.periodic):
         raise ValueError("slab: its planes are askew to a direction in which the container is periodic")
     for axis in range(3):

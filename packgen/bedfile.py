@@ -21,7 +21,8 @@ def save_bed(bed: Bed, path: Path) -> None:
 
     Keys: ``position`` (N, 3) float64 [m]; ``radius`` (N,) float64 [m]; ``set_index``, ``zone_index``,
     ``batch_index`` (N,) int32; ``provenance``, JSON text; ``body_index`` (N,) int32, the body of each sphere,
-    only where spheres belong together in bodies: without it each sphere is its own.
+    only where spheres belong together in bodies: without it each sphere is its own; ``cell`` (3, 3) float64
+    [m], the vectors of a periodic cell of any shape as rows, from the origin, only where the bed is in one.
 
     Args:
         bed: The bed.
@@ -40,6 +41,8 @@ def save_bed(bed: Bed, path: Path) -> None:
     }
     if bed.body_index is not None:
         arrays["body_index"] = bed.body_index
+    if bed.container.cell is not None:
+        arrays["cell"] = bed.container.cell
     np.savez(path, **arrays)
 
 
@@ -54,6 +57,7 @@ class Columns:
         zone_index: Zone of each sphere, shape (N,), int32.
         batch_index: Batch of each sphere, shape (N,), int32.
         body_index: Body of each sphere, shape (N,), int32; None: each sphere is a body.
+        cell: Vectors of a periodic cell of any shape as rows [m], shape (3, 3); None: the bed is in none.
     """
 
     position: Float64Array
@@ -62,6 +66,7 @@ class Columns:
     zone_index: Int32Array
     batch_index: Int32Array
     body_index: Int32Array | None = None
+    cell: Float64Array | None = None
 
 
 def load_columns(path: Path) -> Columns:
@@ -78,7 +83,7 @@ def load_columns(path: Path) -> Columns:
     """
     with np.load(path) as stored:
         columns = {name: stored[name] for name in COLUMNS}
-        return Columns(**columns, body_index=stored.get("body_index"))
+        return Columns(**columns, body_index=stored.get("body_index"), cell=stored.get("cell"))
 
 
 def plain(value: Any) -> Any:

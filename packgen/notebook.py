@@ -10,6 +10,7 @@ from typing import Any
 from packgen.amounts import ZoneOutcome
 from packgen.bed import Bed
 from packgen.jamming import Jamming
+from packgen.search import Search
 
 __all__ = ["bed_html"]
 
@@ -18,7 +19,11 @@ SHOWN_MAX = 100_000  # spheres in a notebook, which keeps them all: about 1 MB
 
 
 def bed_html(
-    bed: Bed, zones: Sequence[ZoneOutcome] = (), warnings: Sequence[str] = (), jamming: Jamming | None = None
+    bed: Bed,
+    zones: Sequence[ZoneOutcome] = (),
+    warnings: Sequence[str] = (),
+    jamming: Jamming | None = None,
+    search: Search | None = None,
 ) -> str:
     """Return a bed as HTML: a line with its verdict, and below it the page.
 
@@ -27,13 +32,14 @@ def bed_html(
         zones: What was asked of each zone; nothing: that is not judged.
         warnings: What looks wrong.
         jamming: How it is jammed.
+        search: How it was found.
     """
     from packgen.page import spheres_of, view_data
     from packgen.page.html import report_html
     from packgen.page.names import bed_name
     from packgen.report import compose_report, measure_bed
 
-    measures = measure_bed(bed, zones=zones, jamming=jamming)
+    measures = measure_bed(bed, zones=zones, jamming=jamming, search=search)
     report = compose_report(measures, bed.provenance, warnings=warnings)
     content: dict[str, Any] = json.loads(report.as_json())
     page = report_html(bed_name(content, "bed"), content, {}, view_data(spheres_of(bed), SHOWN_MAX))

@@ -54,6 +54,7 @@ from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
 from packgen.measure.sizes import SizeLaw
+from packgen.search import Search
 from packgen.settlement import Settling
 from packgen.version import __version__
 
@@ -84,6 +85,7 @@ class Measures:
         stands_at_friction: Whether the contacts can carry the bed's weight, and from what friction on; None
             of a bed that rests on nothing, and of spheres joined to bodies.
         jamming: How the bed is jammed, and the proof; None of other algorithms than JAMMED.
+        search: How the bed was found, and how good it could be; None of algorithms that do not search.
         settling: How a solver settled the bed, and the bed before and after; None where none did.
         start_from: Spheres that were there before, and new ones; None of a bed that goes on from no other.
     """
@@ -105,6 +107,7 @@ class Measures:
     step_zero: PredictedForces | None
     stands_at_friction: Standing | None
     jamming: Jamming | None = None
+    search: Search | None = None
     settling: Settling | None = None
     start_from: GoneOn | None = None
 
@@ -194,6 +197,9 @@ class Report(Measures):
             rows.append(("stands from a friction of", self.stands_at_friction.as_text()))
         if self.jamming is not None:
             rows += [("jammed", self.jamming.line()), ("container", self.jamming.container_line())]
+        if self.search is not None:
+            rows += [("found", self.search.line()), ("bound", self.search.bound_line())]
+            rows += [("cell", self.search.cell_line())] if self.search.cell is not None else []
         rows += [] if self.settling is None else self.settling.rows()
         rows += [
             (f"size curve of {each.name}, off by", f"{each.by_mass.distance_max:.2%} by mass")
@@ -220,11 +226,13 @@ def build_report(
     clearance: Float64Array | None = None,
     threads: int | None = None,
     jamming: Jamming | None = None,
+    search: Search | None = None,
 ) -> Report:
     """Measure a bed, as `measure_bed` does; the report has no timings, memory and files."""
     measures = measure_bed(
-        bed, zones=zones, laws=laws, check=check, clearance=clearance, threads=threads, jamming=jamming
-    )
+        bed, zones=zones, laws=laws, check=check, clearance=clearance, threads=threads, jamming=jamming,
+        search=search,
+    )  # fmt: skip
     return compose_report(measures, bed.provenance)
 
 
@@ -270,6 +278,7 @@ def measure_bed(
     clearance: Float64Array | None = None,
     threads: int | None = None,
     jamming: Jamming | None = None,
+    search: Search | None = None,
 ) -> Measures:
     """Measure a bed.
 
@@ -282,11 +291,14 @@ def measure_bed(
             is known; shape (N,).
         threads: Threads to use; None: as many as cores are free. The numbers do not depend on it.
         jamming: How the bed is jammed, where its algorithm tells.
+        search: How the bed was found, where its algorithm tells.
 
     Returns:
         The measures.
     """
     found = check if check is not None else check_bed(bed)
+    if search is not None and search.maximized != "fraction":
+        laws = ()  # what is chosen or scaled follows no law
     by_law = [*laws, *[None] * (len(bed.particle_sets) - len(laws))]
     compared = [_sizes(bed, index, law) for index, law in enumerate(by_law)]
     core = core_of(bed)
@@ -324,6 +336,7 @@ def measure_bed(
         stands_at_friction=stands.result(),
         start_from=gone_on(bed),
         jamming=None if jamming is None else replace(jamming, crystal=order.result().crystal),
+        search=search,
     )
 
 
@@ -336,7 +349,7 @@ def _sizes(bed: Bed, index: int, law: SizeLaw | None) -> Sizes | None:
 
 def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:
     """Return the predicted forces; where the check found no overlap at all, a second search finds none."""
-    if not (bed.gravity.any() and bed.materials and bed.weights_known):
+    if not (bed.gravity.any() and bed.materials and bed.weights_known) or bed.container.cell is not None:
         return None
     if bed.count and not (check.overlap_count or check.wall_overlap_max or check.invalid_count):
         return PredictedForces(mean_weight(bed), 0.0, None, 0, 0.0, None, 0, 0)

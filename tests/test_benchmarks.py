@@ -259,6 +259,28 @@ def test_jammed_tells_time_fraction_and_proof(tmp_path, capsys):
     assert "column = 17 us" in (tmp_path / "jammed.txt").read_text()
 
 
+@pytest.mark.slow
+def test_shrinking_cell_tells_how_many_starts_hit(tmp_path, capsys):
+    script = importlib.import_module("shrinking_cell")
+    script.main(["--starts", "3", "--cases", "2 equal", "NaCl", "--out", str(tmp_path)])
+    with (tmp_path / "shrinking_cell.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [row["cell"] for row in rows] == ["2 equal"] * 3 + ["NaCl"] * 3
+    assert max(float(row["fraction"]) - float(row["known"]) for row in rows) < 1e-9
+    assert "column = 17 us" in (tmp_path / "shrinking_cell.txt").read_text()
+
+
+@pytest.mark.slow
+def test_optimal_holds_radii_against_the_best_known(tmp_path, capsys):
+    script = importlib.import_module("optimal")
+    script.main(["--cube", "1", "3", "--sphere", "4", "--no-choices", "--out", str(tmp_path)])
+    with (tmp_path / "optimal.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [row["container"] + row["spheres"] for row in rows] == ["sphere4", "cube1", "cube3"]
+    assert all(abs(float(row["found"]) - float(row["known"])) < 1e-8 for row in rows)
+    assert "within 1e-8: 2 in the cube, 1 in the sphere" in (tmp_path / "optimal.txt").read_text()
+
+
 @needs_liggghts
 @pytest.mark.solver
 @pytest.mark.slow
@@ -286,7 +308,9 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
         "facets",
         "jammed",
         "mixtures",
+        "optimal",
         "settling",
+        "shrinking_cell",
         "solver_agreement",
         "standing_beds",
     ],

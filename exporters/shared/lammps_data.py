@@ -31,13 +31,16 @@ def simulation_box(bed: AnyBed, *, open_top: bool, walls: Float64Array | None = 
     """Return the lower and upper corner of the solver's box [m], shape (2, 3), float64.
 
     It holds the container and all centres with a diameter of the largest sphere to spare, and more than that
-    above an open top. Along periodic directions it is the container's box exactly.
+    above an open top. Along periodic directions it is the container's box exactly; of a cell of any shape,
+    the box that its tilts make the cell.
 
     Args:
         bed: The bed.
         open_top: Whether the container is open at its top.
         walls: Lower and upper corner of what walls that move reach [m], shape (2, 3); None: the container's.
     """
+    if bed.container.cell is not None:
+        return np.stack((np.zeros(3), np.diag(bed.container.cell)))
     diameter_max = 2 * max(bed.census.radius_max)
     bounds = bed.container.bounds if walls is None else walls
     low = np.minimum(bounds[0], bed.census.low) - diameter_max
@@ -113,4 +116,7 @@ def data_head(bed: AnyBed, types: Types, box: Float64Array, counts: list[str], s
     lines += [
         f"{low!r} {high!r} {axis}lo {axis}hi" for axis, (low, high) in zip("xyz", box.T.tolist(), strict=True)
     ]
+    if bed.container.cell is not None:
+        (_, _, _), (xy, _, _), (xz, yz, _) = bed.container.cell.tolist()
+        lines.append(f"{xy!r} {xz!r} {yz!r} xy xz yz")
     return "\n".join([*lines, "", section, ""]) + "\n"

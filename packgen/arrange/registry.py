@@ -33,6 +33,8 @@ BUILTIN = MappingProxyType(
         "ADAM": "packgen.arrange.adam",
         "DISPERSED": "packgen.arrange.dispersed",
         "JAMMED": "packgen.arrange.jammed",
+        "OPTIMAL": "packgen.arrange.optimal",
+        "SHRINKING_CELL": "packgen.arrange.shrinking_cell",
     }
 )
 

@@ -13,6 +13,7 @@ from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrays import Float64Array
 from packgen.geometry import Container, Shape, Slice
 from packgen.jamming import Jamming
+from packgen.search import Search
 
 if TYPE_CHECKING:
     from packgen.supply.supply import Supply
@@ -190,11 +191,13 @@ class Outcome:
         spheres: The spheres.
         container: The container that they are in.
         jamming: How they are jammed; None: that is not known.
+        search: How they were found, by an algorithm that searches; None: it does not.
     """
 
     spheres: Spheres
     container: Container
     jamming: Jamming | None = None
+    search: Search | None = None
 
 
 Algorithm = Callable[[Task], Spheres | Outcome]

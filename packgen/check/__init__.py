@@ -264,10 +264,10 @@ class Checker:
                 continue
             self._overlap_sum.add(overlap)
             self._overlaps += int(np.count_nonzero(overlap > 0.0))
-            self._all.see_pairs(part.number[first], part.number[second], overlap)
+            self._all.see_pairs(part.name[first], part.name[second], overlap)
             if new is not None:
                 chosen = new[first] | new[second]
-                ends = part.number[first[chosen]], part.number[second[chosen]]
+                ends = part.name[first[chosen]], part.name[second[chosen]]
                 self._new.see_pairs(*ends, overlap[chosen])
 
     def result(self) -> Check:

@@ -24,6 +24,8 @@ def wall_clearance(container: Container, position: Float64Array, radius: Float64
         mesh: exact within a radius of the wall and at least the radius beyond. Outside, near an edge of the
         walls, it is the distance to the farthest plane passed.
     """
+    if container.cell is not None:
+        return np.full(len(position), np.inf)
     if isinstance(container.shape, Box):
         return _box_clearance(container.shape, container.periodic, position)
     return shape_clearance(container.shape, position, radius)

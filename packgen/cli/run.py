@@ -21,7 +21,15 @@ from packgen.cli.options import RunOptions
 from packgen.cli.plan import Plan, make_plan
 from packgen.cli.progress import Share, show_progress
 from packgen.cli.screen import say, say_json, table
-from packgen.cli.settle import Outcome, keep_state, limits_of, refuse_unsettled, settle_bed, with_settling
+from packgen.cli.settle import (
+    Outcome,
+    keep_state,
+    limits_of,
+    refuse_unjudged,
+    refuse_unsettled,
+    settle_bed,
+    with_settling,
+)
 from packgen.cli.stopwatch import Stopwatch
 from packgen.cli.visuals import composer, write_looks
 from packgen.errors import PackgenError
@@ -114,6 +122,7 @@ def _load(plan: Plan, options: RunOptions, watch: Stopwatch) -> _Vessel:
         if plan.formats:
             check_formats(plan.formats, outlook_of(plan.scene, container))
         refuse_unsettled(plan, plan.scene, container)
+        refuse_unjudged(plan.solvers, container)
         remark = gathering_remark(options, plan.scene)
         if remark is not None:
             mended.append(remark)
@@ -203,7 +212,7 @@ def _measure(
     with watch.stage("measure"):
         return measure_bed(
             bed, zones=packed.zones, laws=laws, check=check, clearance=clearance, threads=threads,
-            jamming=packed.jamming,
+            jamming=packed.jamming, search=packed.search,
         )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,6 +74,19 @@ def refuse_unsettled(plan: Plan, scene: Scene, container: Container) -> None:
         raise PackgenError(
             f"--settle: found a scene with {found}, expected one whose spheres fall on something; "
             "leave --settle out"
+        )
+
+
+def refuse_unjudged(solvers: Sequence[str], container: Container) -> None:
+    """Refuse to have solvers confirm a bed in a periodic cell of any shape: not supported yet.
+
+    Raises:
+        PackgenError: There are such a cell and solvers.
+    """
+    if solvers and container.cell is not None:
+        raise PackgenError(
+            "--validate: found a periodic cell whose edges are not along x, y and z, expected a box or "
+            "walls; leave --validate out: packgen's own check knows such cells"
         )
 
 

@@ -32,6 +32,7 @@ from packgen.geometry import (
     WallPart,
     floor_direction,
 )
+from packgen.geometry.cells import cell_container
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -76,6 +77,8 @@ def container_of(
     Raises:
         GeometryError: The mesh cannot be read or bounds no volume.
     """
+    if spec.cell is not None:
+        return cell_container(np.eye(3))  # as long as nothing is known of it
     if spec.primitive is not None:
         bounded = primitive_shape(spec.primitive)
     else:

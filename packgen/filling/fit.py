@@ -46,7 +46,8 @@ class Amounts:
 
     def __init__(self, scene: Scene, container: Container) -> None:
         self._scene, self._container = scene, container
-        self._fitted = getattr(scene.params, "fits_container", False)
+        self._any = getattr(scene.params, "any_amount", False)
+        self._fitted = self._any or getattr(scene.params, "fits_container", False)
         self._zones = [asked_of(zone, scene) for zone in scene.zones]
         self._remark = units_remark(
             scene,
@@ -57,6 +58,8 @@ class Amounts:
 
     def too_wide(self) -> list[str]:
         """Return a line for each set whose spheres are wider than the container."""
+        if self._any:
+            return []
         scene, bounds = self._scene, self._container.bounds
         width, axis = narrowest(bounds, self._container.periodic)
         # A sphere as wide as its box fits; rounding must not tell otherwise.

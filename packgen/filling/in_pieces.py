@@ -25,6 +25,7 @@ from packgen.geometry import Container
 from packgen.jamming import Jamming
 from packgen.pieces import MANIFEST, Manifest, PieceBed, PieceWriter
 from packgen.pieces.grid import SPHERES, Grid
+from packgen.search import Search
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -38,6 +39,7 @@ class PiecesResult:
     zones: tuple[ZoneResult, ...]
     warnings: tuple[str, ...] = ()
     jamming: Jamming | None = None
+    search: Search | None = None
 
 
 def pack_in_pieces(

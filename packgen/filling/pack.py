@@ -22,6 +22,7 @@ from packgen.geometry import Container, Shape, Slice
 from packgen.jamming import Jamming
 from packgen.portable import cube
 from packgen.scene.load import Scene
+from packgen.search import Search
 from packgen.supply.fitting import SumFit
 from packgen.version import __version__
 
@@ -56,18 +57,19 @@ class ZoneResult:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PackResult:
-    """The bed, what became of each zone, a line for each thing that looks wrong, and how it is jammed."""
+    """The bed, what became of each zone, what looks wrong, line by line, and how it is jammed or found."""
 
     bed: Bed
     zones: tuple[ZoneResult, ...]
     warnings: tuple[str, ...] = ()
     jamming: Jamming | None = None
+    search: Search | None = None
 
     def _repr_html_(self) -> str:
         """Return verdict and page, which notebooks show."""
         from packgen.notebook import bed_html
 
-        return bed_html(self.bed, self.zones, self.warnings, self.jamming)
+        return bed_html(self.bed, self.zones, self.warnings, self.jamming, self.search)
 
 
 def pack(
@@ -123,7 +125,7 @@ def pack(
             replace(results[0], solid_fraction_asked=asked, solid_fraction=reached, slack=SLACK),
         )  # fmt: skip
     warnings = (*ready.warnings, *remarks(ready.asked, made.bed, results))
-    return PackResult(made.bed, results, warnings, made.outcome.jamming)
+    return PackResult(made.bed, results, warnings, made.outcome.jamming, made.outcome.search)
 
 
 class _Made(NamedTuple):
@@ -168,6 +170,8 @@ def _bed(ready: Prepared, outcome: Outcome) -> Bed:
         provenance["start_from"] = earlier.told
     if outcome.jamming is not None:
         provenance["jamming"] = asdict(outcome.jamming)
+    if outcome.search is not None:
+        provenance["search"] = asdict(outcome.search)
     return Bed(
         spheres.position, spheres.radius, spheres.set_index, spheres.zone_index, spheres.batch_index,
         sets_of(scene), scene.materials, scene.wall_material, outcome.container, gravity_of(scene),

@@ -17,14 +17,18 @@ FINISH = 6.0e-6  # seconds a sphere for check, measures and report
 PROJECTION, ADAM, DISPERSED = 18.0e-6, 1.2e-3, 40.0e-6  # seconds a sphere, equal ones
 JAMMED, PROOF = 0.26e-3, 4.0e-3  # seconds a sphere, without and with a proof
 AIMED = 2.5  # times as long under gravity for a solid fraction asked for: 1 to 4.8, see densities.txt
+CELL, CELL_SPHERE = 0.04, 0.02  # seconds a start of SHRINKING_CELL, and more for each sphere
 PROOF_MAX = 2_000  # spheres up to which a proof is tried by itself
 BROAD, BROAD_RATIO = 2.7, 5.0  # times as long for broad sizes, from this ratio of radii on
 MEMORY_START, MEMORY = 0.35e9, 360.0  # bytes, and bytes a sphere
 
+SEARCHES = ("OPTIMAL", "SHRINKING_CELL")  # they take their time by starts, not by spheres
+
 RULE = (
     "3 s, and for each sphere 18 us (adam 1.2 ms, DISPERSED 0.04 ms, JAMMED 0.26 ms, with a proof 4 ms), up "
     "to 2.7 times that for broad sizes, 2.5 times for a solid fraction under gravity, and 6 us to measure "
-    "it; 350 MB, and 0.36 kB for each sphere"
+    "it; SHRINKING_CELL 0.04 s a start and 0.02 s more for each sphere, OPTIMAL its time limit; 350 MB, and "
+    "0.36 kB for each sphere"
 )
 
 
@@ -51,12 +55,21 @@ def cost_of(algorithm: str, params: Any, count: float, ratio: float, *, aimed: b
         ratio: Largest radius over the smallest.
         aimed: Whether a solid fraction is asked for.
     """
+    if algorithm in SEARCHES:
+        return Cost(START + _seconds_of_search(algorithm, params, count), MEMORY_START)
     each = _seconds_a_sphere(algorithm, params, count)
     if each is not None and aimed and getattr(type(params), "compacts", False):
         each *= AIMED
     broad = 1.0 + (BROAD - 1.0) * min(math.log(max(ratio, 1.0)) / math.log(BROAD_RATIO), 1.0)
     seconds = None if each is None else START + count * (each * broad + FINISH)
     return Cost(seconds, MEMORY_START + MEMORY * count)
+
+
+def _seconds_of_search(algorithm: str, params: Any, count: float) -> float:
+    """Return how long all starts of a search take on one core, at most."""
+    if algorithm == "OPTIMAL":
+        return float(params.time_limit)
+    return float(params.starts * (CELL + CELL_SPHERE * count))
 
 
 def _seconds_a_sphere(algorithm: str, params: Any, count: float) -> float | None:

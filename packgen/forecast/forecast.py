@@ -254,13 +254,17 @@ def _fill(
         place, part = _place(scene, index), cells.within(zone.locations, zone.reach)
         fraction = _settled(scene, container, zone, cells, part, -down)
         need = None if zone.solid is None else zone.solid / fraction
-        if getattr(scene.params, "fits_container", False) and need is not None:
-            filled.factor = float(np.cbrt(need / container.volume))
+        fitted = getattr(scene.params, "fits_container", False)
+        any_amount = getattr(scene.params, "any_amount", False)
+        if (fitted or any_amount) and need is not None:
+            filled.factor = float(np.cbrt(need / container.volume)) if fitted else None
             taken = Taken(need, need, base, base, 0.0)
         else:
             taken = cells.take(index, part, need)
         if need is not None and zone.density is None:
-            missed, close = misfit(place, zone.asked or 0, need, taken, level=level)
+            missed, close = (
+                ([], []) if any_amount else misfit(place, zone.asked or 0, need, taken, level=level)
+            )
             filled.missed += missed
             filled.warnings += [] if filled.factor else close
         elif taken.volume < zone.mean_volume:

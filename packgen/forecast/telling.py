@@ -18,8 +18,10 @@ def rows(found: Forecast) -> list[tuple[str, str]]:
     """Return a forecast as rows of a label and a value."""
     size = found.container.bounds[1] - found.container.bounds[0]
     lengths = " x ".join(f"{each:.4g}" for each in size)
+    free = found.container.cell is not None
+    room = f"{found.container.name}, {lengths} m, {found.container.volume:.4g} m3"
     lines = [
-        ("container", f"{found.container.name}, {lengths} m, {found.container.volume:.4g} m3"),
+        ("container", "a periodic cell, whose size and shape are found" if free else room),
         ("spheres", f"{found.sphere_count:,}{_wanted(found)}"),
         ("mass", f"{found.mass:,.6g} kg"),
         ("solid fraction, expected", f"{found.solid_fraction:.3f} of what is filled, walls included"),
@@ -29,7 +31,7 @@ def rows(found: Forecast) -> list[tuple[str, str]]:
         lines.append(
             ("height, expected", f"{found.height:.4g} m; the highest spheres reach {found.highest:.4g} m")
         )
-    if found.factor is not None:
+    if found.factor is not None and not free:
         scaled = " x ".join(f"{each:.4g}" for each in size * found.factor)
         lines.append(("container, expected", f"{found.factor:.4f} times that asked for, {scaled} m"))
     if len(found.sets) > 1:
@@ -69,6 +71,8 @@ def _needs(found: Forecast) -> list[tuple[str, str]]:
     if any(each.asked is None for each in found.zones):
         return heights
     label = "all need" if len(found.zones) > 1 else "or needs" if heights else "needs"
+    if found.container.cell is not None:
+        return heights
     return [*heights, (label, f"a cube of {found.cube_needed:.4g} m, filled to its brim")]
 
 

@@ -143,6 +143,9 @@ class Container:
         walls_known: Whether these are the walls of the vessel. Nobody may know those of a bed from elsewhere:
             the box around its spheres stands for them.
         parts: The parts of ``surface`` that have names; what is left of it has none.
+        cell: Vectors of a periodic cell of any shape as rows [m], shape (3, 3), from the origin: the
+            container repeats along them, and not along x, y, z. ``periodic`` is true all round. None: it is
+            no such cell.
     """
 
     name: str
@@ -153,13 +156,21 @@ class Container:
     periodic: tuple[bool, bool, bool] = (False, False, False)
     walls_known: bool = True
     parts: tuple[WallPart, ...] = ()
+    cell: Float64Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", read_only(self.bounds, np.float64, (2, 3), "bounds"))
+        if self.cell is not None:
+            object.__setattr__(self, "cell", read_only(self.cell, np.float64, (3, 3), "cell"))
 
     @property
     def period(self) -> tuple[float | None, float | None, float | None]:
-        """Lengths after which the container repeats along x, y, z [m]; None where it does not."""
+        """Lengths after which the container repeats along x, y, z [m]; None where it does not.
+
+        A cell of any shape repeats along none of them: its spheres have images; see ``packgen.part``.
+        """
+        if self.cell is not None:
+            return None, None, None
         x, y, z = (
             float(length) if wraps else None
             for length, wraps in zip(self.bounds[1] - self.bounds[0], self.periodic, strict=True)

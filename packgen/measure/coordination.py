@@ -173,6 +173,9 @@ def _ends(part: Part, clearance: Float64Array) -> _Ends:
             counted = part.counted(pairs.first, pairs.second)
             found = found[0][counted], found[1][counted], found[2][counted], found[3][counted]
         parts.append(found)
+    if part.owner is not None:
+        owner = part.owner
+        parts = [(owner[first], owner[second], gap, below) for first, second, gap, below in parts]
     sphere, away, below = _walls(bed, clearance, down)
     parts.append((sphere, np.full(len(sphere), -1), away, below))
     return _Ends(*(np.concatenate(each) for each in zip(*parts, strict=True)))

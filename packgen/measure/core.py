@@ -59,7 +59,7 @@ def find_core(bed: Bed, up: Float64Array, top: float) -> Core | None:
     In any other container it is the largest box on a square base, upright around the container's middle, that
     stays two mean diameters (by volume) away from walls, floor and top; in narrow containers one, then half a
     diameter. In a mesh that is not convex it is the cube in the largest ball between the walls, less that
-    distance.
+    distance. A periodic cell of any shape has none: all of it is core.
 
     Args:
         bed: The bed.
@@ -93,6 +93,8 @@ def core_between_walls(
         centers: Some centres of spheres [m], shape (n, 3); see `center_step`.
     """
     shape = container.shape
+    if container.cell is not None:
+        return None
     if isinstance(shape, Box):
         return _box_core(shape, up, top)
     for margin in MARGINS:

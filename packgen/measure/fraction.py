@@ -78,8 +78,12 @@ def solid_fraction_with(bed: Bed, core: Core | None) -> SolidFraction:
         filled=solid / filled_volume if filled_volume > 0.0 else 0.0,
         core=solid_volume(*with_images(bed), core) / core.volume if core else None,
         core_volume=core.volume if core else None,
-        core_rule=core.rule if core else "the bed is too small for a core",
+        core_rule=core.rule if core else _no_core(bed),
     )
+
+
+def _no_core(bed: Bed) -> str:
+    return "the bed is too small for a core" if bed.container.cell is None else "the whole cell"
 
 
 def core_of(bed: Bed) -> Core | None:

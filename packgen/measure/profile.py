@@ -43,7 +43,7 @@ def height_profile(bed: Bed) -> HeightProfile:
     Returns:
         The profile; empty for a bed without spheres, and for an endless one whose gravity is askew.
     """
-    if bed.endless and is_askew(bed.down, bed.container.periodic):
+    if bed.container.cell is not None or (bed.endless and is_askew(bed.down, bed.container.periodic)):
         return HeightProfile((), ())
     sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
     if not sound.any():

@@ -136,6 +136,8 @@ def wall_area_below(container: Container, up: Float64Array, level: float) -> flo
         up: Unit vector against gravity, shape (3,), float64.
         level: Height ``up @ x`` of the plane [m]; a lid at this height counts.
     """
+    if container.cell is not None:
+        return 0.0
     corners = container.surface.vertices[container.surface.faces]
     seam = np.zeros(len(corners), dtype=bool)
     for axis in np.flatnonzero(container.periodic):

@@ -130,9 +130,29 @@ def _jammed(report: Mapping[str, Any]) -> list[Figure]:
     ]
 
 
+def _found(report: Mapping[str, Any]) -> list[Figure]:
+    """Return the figures of a bed that was searched for."""
+    found = report.get("search")
+    if not found:
+        return []
+    value = f"{found['value']:.10g}, by {found['hits']:,} of {found['starts']:,} starts"
+    figures = [Figure(f"Largest {found['maximized']} found", value, key="search.value", exact=found["value"])]
+    if found["bound"] is not None:
+        verdict = "proven" if found["proven"] else f"{found['gap']:.2%} above"
+        text = f"{found['bound']:.10g}, {verdict} ({found['bound_by']})"
+        figures.append(Figure("Bound of it", text, key="search.bound", exact=found["bound"]))
+    if found["cell"] is not None:
+        a, b, c, *angles = found["cell"]
+        edges = f"{a:.6g} x {b:.6g} x {c:.6g} m"
+        figures.append(Figure("Edges of the cell", edges, key="search.cell.0", exact=a))
+        turned = ", ".join(f"{each:.4g}" for each in angles)
+        figures.append(Figure("Angles of the cell, degrees", turned, key="search.cell.3", exact=angles[0]))
+    return figures
+
+
 def _balance(report: Mapping[str, Any]) -> list[Figure]:
     """Return the figures of what carries the spheres; reports of older versions have none."""
-    figures = _jammed(report)
+    figures = [*_jammed(report), *_found(report)]
     number = report.get("coordination") or {}
     if number.get("plateau") is not None:
         low, high = number["plateau_low"], number["plateau_high"]

@@ -16,6 +16,7 @@ from packgen.bed import Bed
 from packgen.bedfile import load_columns
 from packgen.errors import PackgenError
 from packgen.geometry import Container
+from packgen.geometry.cells import cell_container
 from packgen.measure import against_gravity
 from packgen.pieces import MANIFEST, is_manifest, read_gathered
 
@@ -82,6 +83,8 @@ def read_spheres(
         raise PackgenError(
             f"{path}: cannot be read as a bed ({error}); run the scene again to make it anew"
         ) from error
+    if found.cell is not None:
+        container = cell_container(found.cell)
     return Spheres(
         found.position, found.radius, found.set_index, found.zone_index, found.batch_index,
         up / float(np.linalg.norm(up)) + 0.0, container,

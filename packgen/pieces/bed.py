@@ -20,7 +20,8 @@ from packgen.part import Part
 from packgen.pieces.manifest import Piece, read_manifest
 
 NAMES = ("position", "radius", "set_index", "zone_index", "batch_index")
-NOTHING = Columns(np.zeros((0, 3)), np.zeros(0), *(np.zeros(0, np.int32) for _ in range(3)))
+NO_NUMBERS = np.zeros(0, np.int32)
+NOTHING = Columns(np.zeros((0, 3)), np.zeros(0), NO_NUMBERS, NO_NUMBERS, NO_NUMBERS)
 DAMAGED = (EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile, zlib.error)
 GATHERED_MAX = 1_000_000
 """Spheres of a bed that steps which know no pieces may have at once: 44 MB."""

@@ -58,6 +58,10 @@ class WallRows:
     radius: Float64Array
 
 
+NO_WALLS = WallRows(np.empty(0, np.int64), np.empty(0), np.empty((0, 3)), np.empty(0))
+"""Of spheres that no wall bounds."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Pins:
     """Directions in which spheres must not move: what can move as a whole has no place of its own.
@@ -97,6 +101,7 @@ def largest_step(
     pins: Pins,
     reach: float,
     strain_max: float = 0.0,
+    gain_max: float = np.inf,
 ) -> Step:
     """Return the step after which the radii can be largest.
 
@@ -107,6 +112,7 @@ def largest_step(
         pins: What must not move.
         reach: Largest displacement along an axis [m].
         strain_max: Largest entry of the strain; 0: the cell keeps its shape.
+        gain_max: Largest gain of the squares of all radii: pairs farther apart than these reach are no rows.
 
     Raises:
         NoSolutionError: The programme was not solved.
@@ -119,14 +125,16 @@ def largest_step(
     row = np.concatenate([of_pairs[0], of_walls[0] + len(pairs.apart)])
     column, value = (np.concatenate([of_pairs[k], of_walls[k]]) for k in (1, 2))
     high = np.full(columns, strain_max)
-    high[: 3 * count], high[3 * count] = reach / unit, np.inf
+    high[: 3 * count], high[3 * count] = reach / unit, gain_max
+    low = -high
+    low[3 * count] = -np.inf
     found = solve(
         Programme(
             (np.arange(columns) == 3 * count).astype(float),
             csr_array(coo_array((value, (row, column)), (len(pair_room) + len(wall_room), columns))),
             np.concatenate([pair_room, wall_room]),
             _pinned(pins, count, columns, strained),
-            -high,
+            low,
             high,
         )
     )

@@ -18,6 +18,7 @@ from packgen.bed import UNKNOWN, AnyBed, Bed
 from packgen.container.primitives import box_surface
 from packgen.errors import ReadError
 from packgen.geometry import Box, Container
+from packgen.geometry.cells import cell_container, into_cell
 from packgen.reading.detect import read_spheres
 from packgen.reading.known import earlier_by_provenance, known_by_provenance, known_by_scene
 from packgen.reading.plausible import refuse_other_units, size_remark
@@ -102,7 +103,8 @@ def complete_bed(
         from packgen.container import load_container
 
         known = known_by_scene(scene, container or load_container(scene, warn))
-    vessel = container or known.container
+    in_cell = spheres.cell is not None and spheres.cell.vectors is not None
+    vessel = None if in_cell else container or known.container
     if units is None:
         refuse_other_units(spheres, vessel)
         remark = size_remark(spheres) if vessel is None else None
@@ -158,6 +160,8 @@ def unknowns(bed: AnyBed, needs: Iterable[str]) -> list[str]:
 
 def _own_container(spheres: SphereFile) -> Container:
     """Return the box around the spheres, and that of the file along axes where it wraps around."""
+    if spheres.cell is not None and spheres.cell.vectors is not None:
+        return cell_container(spheres.cell.vectors)
     low = (spheres.position - spheres.radius[:, None]).min(axis=0)
     high = (spheres.position + spheres.radius[:, None]).max(axis=0)
     periodic = (False, False, False)
@@ -174,6 +178,8 @@ def _own_container(spheres: SphereFile) -> Container:
 
 def wrapped(position: Float64Array, container: Container) -> Float64Array:
     """Return positions inside the period of a container that wraps around; dumps may leave it."""
+    if container.cell is not None:
+        return into_cell(position, container.cell)
     low, high = container.bounds
     wrapped = position
     for axis in np.flatnonzero(container.periodic):

@@ -156,10 +156,18 @@ def _cell(text: Text, frame: _Frame) -> Cell | None:
     origin = _numbers(frame.keys.get("origin", "0 0 0"), 3)
     if lattice is None or origin is None or len(periodic) != 3:
         raise fault(text.path, "pbc without a lattice", 'Lattice="ax 0 0 0 by 0 0 0 cz"', place=frame.line)
-    size = np.diag(lattice.reshape(3, 3))
+    vectors = lattice.reshape(3, 3)
+    size = np.diag(vectors)
+    upright = (vectors == np.tril(vectors)).all() and (size > 0.0).all() and not origin.any()
+    if all(periodic) and upright and (vectors != np.diag(size)).any():
+        corners = np.stack([np.minimum(vectors, 0.0).sum(axis=0), np.maximum(vectors, 0.0).sum(axis=0)])
+        return Cell(corners, (True, True, True), vectors)
     if (lattice.reshape(3, 3) != np.diag(size)).any():
         raise fault(
-            text.path, "a lattice that is tilted", "one whose edges lie along x, y and z", place=frame.line
+            text.path,
+            "a lattice that is tilted",
+            "one along x, y and z, or in LAMMPS' form from the origin",
+            place=frame.line,
         )
     for axis, length, wraps in zip("xyz", size.tolist(), periodic, strict=True):
         if wraps and length <= 0.0:

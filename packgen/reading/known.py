@@ -124,6 +124,8 @@ def _vessel(
     settings: Mapping[str, Any], walls: Sequence[Mapping[str, Any]], direction: Float64Array, *, meshes: bool
 ) -> Container | None:
     mesh = settings.get("path") is not None
+    if settings.get("cell") is not None:
+        return None  # the spheres' file has its shape
     if (mesh or walls) and not meshes:
         return None
     from packgen.container.load import container_of

@@ -13,7 +13,7 @@ from packgen.arrays import Float64Array, Int32Array
 from packgen.reading.faults import Faults, fault
 from packgen.reading.known import set_names
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
-from packgen.reading.spheres import Groups, SphereFile
+from packgen.reading.spheres import Cell, Groups, SphereFile
 
 INDICES = ("set_index", "zone_index", "batch_index", "body_index")
 REMEDY = "is the file complete?"
@@ -37,6 +37,8 @@ def read_npz(path: Path) -> SphereFile:
         if name in arrays:
             shape = (count, 3) if name == "position" else (count,)
             _check(faults, name, arrays[name], shape)
+    if "cell" in arrays:
+        _check(faults, "cell", arrays["cell"], (3, 3))
     faults.check()
     if count == 0:
         raise fault(path, "no spheres", "at least one")
@@ -51,8 +53,24 @@ def read_npz(path: Path) -> SphereFile:
         zone_index=index.get("zone_index"),
         batch_index=index.get("batch_index"),
         body_index=index.get("body_index"),
+        cell=_cell(path, arrays.get("cell")),
         provenance=provenance,
     )
+
+
+def _cell(path: Path, stored: Any) -> Cell | None:
+    """Return the periodic cell of any shape that is stored; None: there is none.
+
+    Raises:
+        ReadError: Its vectors do not lie as they have to.
+    """
+    if stored is None:
+        return None
+    vectors = np.ascontiguousarray(stored, np.float64)
+    if (vectors != np.tril(vectors)).any() or not (np.diag(vectors) > 0.0).all():
+        raise fault(path, f"the cell {vectors.tolist()}", "a lower triangle, positive along its diagonal")
+    corners = np.stack([np.minimum(vectors, 0.0).sum(axis=0), np.maximum(vectors, 0.0).sum(axis=0)])
+    return Cell(corners, (True, True, True), vectors)
 
 
 def _groups(index: Int32Array | None, names: tuple[str, ...]) -> Groups | None:

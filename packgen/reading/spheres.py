@@ -18,10 +18,17 @@ INT32_MAX = 2**31 - 1
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cell:
-    """A box that wraps around: lower and upper corner [m], shape (2, 3), and along which axes."""
+    """A box that wraps around, or a periodic cell of any shape.
+
+    Attributes:
+        bounds: Lower and upper corner [m], shape (2, 3).
+        periodic: Along which axes it wraps around.
+        vectors: Vectors of the cell as rows [m], from the origin, shape (3, 3); None: it is a box.
+    """
 
     bounds: Float64Array
     periodic: tuple[bool, bool, bool]
+    vectors: Float64Array | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,7 +94,10 @@ class SphereFile:
         """Return the spheres of a file whose unit of length is ``scale`` metres."""
         if scale == 1.0:
             return self
-        cell = self.cell and Cell(scale * self.cell.bounds, self.cell.periodic)
+        cell = self.cell
+        if cell is not None:
+            vectors = None if cell.vectors is None else scale * cell.vectors
+            cell = Cell(scale * cell.bounds, cell.periodic, vectors)
         return replace(self, position=scale * self.position, radius=scale * self.radius, cell=cell)
 
 

@@ -78,8 +78,14 @@ def carve_bed(bed: Bed, cut: Cut) -> Carved:
         cut: What is kept.
 
     Raises:
-        GeometryError: Nothing is kept, or the mesh holds two images of one sphere.
+        GeometryError: The bed is in a periodic cell that is no box, nothing is kept, or the mesh
+            holds two images of one sphere.
     """
+    if bed.container.cell is not None:
+        raise GeometryError(
+            f"--{cut.side}: found a bed in a periodic cell whose edges are not along x, y and z, expected "
+            "a box or walls: not supported yet; export csv, which knows no cell, and carve that"
+        )
     position, kept = _chosen(bed, cut)
     name = cut.mesh.name
     if not kept.any():

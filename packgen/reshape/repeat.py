@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,8 @@ from packgen.check import near_pairs
 from packgen.container.primitives import box_surface
 from packgen.errors import GeometryError
 from packgen.geometry import Box, Container
+from packgen.geometry.cells import cell_container, into_cell, upright_cell
+from packgen.part import Part
 from packgen.reshape.bodies import periods
 
 SPHERES_MAX = 2**31 - 1
@@ -41,8 +43,9 @@ def repeat_bed(bed: Bed, counts: tuple[int, int, int]) -> Repeated:
     """Return a bed so many times along x, y, z.
 
     Args:
-        bed: The bed; its container is a box that wraps around along each axis along which it is repeated.
-        counts: Copies along x, y, z, at least 1 each.
+        bed: The bed; its container is a box that wraps around along each axis along which it is repeated, or
+            a periodic cell of any shape.
+        counts: Copies along x, y, z, or along the vectors of the cell, at least 1 each.
 
     Raises:
         GeometryError: It does not wrap around along such an axis, or there would be too many spheres.
@@ -55,16 +58,20 @@ def repeat_bed(bed: Bed, counts: tuple[int, int, int]) -> Repeated:
             f"{SPHERES_MAX:,}; give fewer copies"
         )
     cells = _cells(counts)
-    lengths = np.array([length or 0.0 for length in bed.container.period])
+    vectors = bed.container.cell
+    if vectors is None:
+        vectors = np.diag([length or 0.0 for length in bed.container.period])
+    container = _container(bed.container, counts)
+    position = (bed.position[None] + (cells @ vectors)[:, None]).reshape(-1, 3)
     copied = replace(
         bed,
-        position=(bed.position[None] + (cells * lengths)[:, None]).reshape(-1, 3),
+        position=position if container.cell is None else into_cell(position, container.cell),
         radius=np.tile(bed.radius, total),
         set_index=np.tile(bed.set_index, total),
         zone_index=np.tile(bed.zone_index, total),
         batch_index=np.tile(bed.batch_index, total),
         body_index=_bodies(bed, cells, counts),
-        container=_container(bed.container, counts),
+        container=container,
     )
     crossing = sum(each.sum() for each in _crossings(bed, np.array(counts) > 1))
     seam_contacts, worst = _between_copies(copied, bed.count)
@@ -105,6 +112,9 @@ def _bodies(bed: Bed, cells: Int64Array, counts: tuple[int, int, int]) -> Int32A
 
 
 def _container(container: Container, counts: tuple[int, int, int]) -> Container:
+    if container.cell is not None:
+        vectors, _ = upright_cell(container.cell * np.array(counts)[:, None])
+        return cell_container(vectors, container.name)
     low = container.bounds[0]
     size = (container.bounds[1] - low) * np.array(counts)
     box = Box(low, low + size)
@@ -114,8 +124,16 @@ def _container(container: Container, counts: tuple[int, int, int]) -> Container:
 
 def _crossings(bed: Bed, axes: np.ndarray) -> list[np.ndarray]:
     """Return for the contacts of a bed, piece by piece, whether they cross a seam along one of some axes."""
-    lengths = np.array([length or np.inf for length in bed.container.period])
     found = []
+    if bed.container.cell is not None:
+        part = Part.whole(bed)
+        inverse = np.linalg.inv(bed.container.cell)
+        for first, second, _ in _contacts(part):
+            apart = part.bed.position[first] - part.bed.position[second]
+            own = bed.position[part.name[first]] - bed.position[part.name[second]]
+            found.append(((np.abs((apart - own) @ inverse) > 0.5) & axes).any(axis=1))
+        return found
+    lengths = np.array([length or np.inf for length in bed.container.period])
     for pairs in near_pairs(
         bed.position, bed.radius, gap_fraction=GAP, period=bed.container.period, body_index=bed.body_index
     ):
@@ -127,16 +145,25 @@ def _crossings(bed: Bed, axes: np.ndarray) -> list[np.ndarray]:
 def _between_copies(copied: Bed, count: int) -> tuple[int, float]:
     """Return how many contacts there are between copies of ``count`` spheres, and their largest overlap."""
     contacts, worst = 0, -np.inf
-    for pairs in near_pairs(
-        copied.position, copied.radius, gap_fraction=GAP, period=copied.container.period,
-        body_index=copied.body_index,
-    ):  # fmt: skip
-        seam = pairs.first // count != pairs.second // count
+    part = Part.whole(copied)
+    for first, second, gap in _contacts(part):
+        one, other = part.name[first], part.name[second]
+        seam = one // count != other // count
         contacts += int(np.count_nonzero(seam))
         if seam.any():
-            smaller: Float64Array = np.minimum(copied.radius[pairs.first], copied.radius[pairs.second])
-            worst = max(worst, float((-pairs.gap / smaller)[seam].max()))
+            smaller: Float64Array = np.minimum(copied.radius[one], copied.radius[other])
+            worst = max(worst, float((-gap / smaller)[seam].max()))
     return contacts, worst
+
+
+def _contacts(part: Part) -> Iterator[tuple[Int64Array, Int64Array, Float64Array]]:
+    """Yield the contacts of a part: both spheres, and their gaps [m]."""
+    bed = part.bed
+    for pairs in near_pairs(
+        bed.position, bed.radius, gap_fraction=GAP, period=bed.container.period, body_index=bed.body_index
+    ):
+        counted = part.counted(pairs.first, pairs.second)
+        yield pairs.first[counted], pairs.second[counted], pairs.gap[counted]
 
 
 def _provenance(copied: Bed, bed: Bed, counts: tuple[int, int, int], seam_contacts: int) -> dict[str, Any]:
@@ -145,7 +172,7 @@ def _provenance(copied: Bed, bed: Bed, counts: tuple[int, int, int], seam_contac
         "counts": list(counts), "spheres_before": bed.count, "contacts_between_copies": seam_contacts
     }  # fmt: skip
     settings = told.get("settings")
-    if isinstance(settings, Mapping) and "container" in settings:
+    if copied.container.cell is None and isinstance(settings, Mapping) and "container" in settings:
         low, high = copied.container.bounds.tolist()
         box = {"box": {"min": low, "max": high}, "periodic": list(copied.container.periodic)}
         told["settings"] = {**settings, "container": box}

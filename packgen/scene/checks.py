@@ -26,7 +26,7 @@ def across(data: dict[str, Any]) -> list[Fault]:
     sets = _list(data.get("particle_sets"))
     faults = [*_materials(data), *_names(sets), *_walls(data)]
     count = len(sets)
-    faults += _densities(data)
+    faults += [*_densities(data), *_cell(data)]
     for index, zone in enumerate(_list(data.get("zones"))):
         proportions = zone.get("set_proportions") if isinstance(zone, dict) else None
         if isinstance(proportions, list) and proportions and count and len(proportions) != count:
@@ -58,6 +58,25 @@ def _densities(data: dict[str, Any]) -> list[Fault]:
                 expected = f"one of both: {name} spreads an amount over the whole zone; leave the other out"
                 faults.append(Fault(place, Said(f"{key} beside {amount}"), expected))
     return faults
+
+
+def _cell(data: dict[str, Any]) -> list[Fault]:
+    """Return a free cell where the algorithm knows none, or another container where it needs one."""
+    container, name = data.get("container"), data.get("algorithm") or DEFAULT
+    if not isinstance(container, dict) or not isinstance(name, str):
+        return []
+    try:
+        needed = bool(getattr(find(name).params, "free_cell", False))
+    except PackingError:
+        return []
+    given = container.get("cell")
+    if given is not None and not needed:
+        expected = f"a container with {name}; take `algorithm: SHRINKING_CELL`, which finds the cell's shape"
+        return [Fault(("container", "cell"), given, expected)]
+    if needed and given is None and container:
+        expected = f"{{cell: free}} with {name}, which finds the shape of a periodic cell"
+        return [Fault(("container",), Said(next(iter(container))), expected)]
+    return []
 
 
 def _materials(data: dict[str, Any]) -> list[Fault]:

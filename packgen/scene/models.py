@@ -146,7 +146,7 @@ class _Place(Keys):
     def _one_form(self) -> Self:
         forms = [
             name
-            for name in ("path", "slice", "box", "cylinder", "cone", "sphere")
+            for name in ("path", "slice", "box", "cylinder", "cone", "sphere", "cell")
             if name in type(self).model_fields
         ]
         given = [name for name in forms if getattr(self, name) is not None]
@@ -170,12 +170,14 @@ class _Place(Keys):
 
 
 class ContainerSpec(_Place):
-    """The container: a mesh file or a primitive.
+    """The container: a mesh file, a primitive, or a periodic cell.
 
     Attributes:
+        cell: free: a periodic cell whose shape and size are found; algorithm SHRINKING_CELL.
         periodic: Axes along which a box wraps around.
     """
 
+    cell: Literal["free"] | None = None
     periodic: Periodic = (False, False, False)
 
     @model_validator(mode="after")

@@ -204,6 +204,10 @@ class Supply:
         if len(draw.radius):
             self._queue.appendleft(draw)
 
+    def offered(self) -> None:
+        """Take all that was asked for as an offer: what was not chosen is not missing."""
+        self.asked = self.counts = self.fit = None
+
     def copy(self) -> Supply:
         """Return a supply that goes on as this one would, and leaves this one as it is."""
         other = copy(self)

@@ -2,25 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
-from pydantic import BeforeValidator
-
+from packgen.arrange.auto import AutoOrFlag
 from packgen.values import Flag, InnerFraction, Keys, Tolerance
-
-
-def _auto_or_flag(value: object) -> object:
-    """Return ``auto``, true or false as it is.
-
-    Raises:
-        ValueError: It is none of them.
-    """
-    if value == "auto" or isinstance(value, bool):
-        return value
-    raise ValueError("auto, true or false")
-
-
-AutoOrFlag = Annotated[Literal["auto"] | bool, BeforeValidator(_auto_or_flag)]
 
 
 class Params(Keys):

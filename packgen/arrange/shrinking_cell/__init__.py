@@ -1,0 +1,1 @@
+"""SHRINKING_CELL: the densest periodic cell of a few spheres, its shape free."""
