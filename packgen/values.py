@@ -27,44 +27,11 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration",
-    "AxisIndex",
-    "BedPath",
-    "Count",
-    "Density",
-    "Direction",
-    "FilePath",
-    "Flag",
-    "Fraction",
-    "Fractions",
-    "Frequency",
-    "InnerFraction",
-    "Keys",
-    "Length",
-    "LengthUnit",
-    "Lengths",
-    "Mass",
-    "Name",
-    "NonNegative",
-    "NonNegativeLength",
-    "Period",
-    "Periodic",
-    "Point",
-    "PoissonsRatio",
-    "Positive",
-    "PositiveLength",
-    "Pressure",
-    "PrimitiveAxis",
-    "Seed",
-    "SolidVolume",
-    "Tolerance",
-    "Unit3",
-    "Velocity",
-    "Where",
-    "WholeNumber",
-    "fault",
-    "number",
-    "plainly",
+    "Acceleration", "AxisIndex", "BedPath", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
+    "Fractions", "Frequency", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name",
+    "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point", "PoissonsRatio", "Positive",
+    "PositiveLength", "Pressure", "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Velocity",
+    "Where", "WholeNumber", "fault", "number", "plainly",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"
@@ -386,8 +353,6 @@ Acceleration = Annotated[float, _positive("acceleration"), _of("acceleration", *
 Count = Annotated[int, _whole(1, 2**31 - 1), _counted(1)]
 WholeNumber = Annotated[int, _whole(0, 2**31 - 1), _counted(0)]
 Seed = Annotated[int, _whole(0, 2**63 - 1), _counted(0)]
-
-
 Point = Annotated[Unit3, BeforeValidator(_point), WithJsonSchema(_THREE_LENGTHS)]
 Velocity = Annotated[Unit3, BeforeValidator(_velocity), WithJsonSchema(_THREE_VELOCITIES)]
 Direction = Annotated[Unit3, BeforeValidator(_direction), WithJsonSchema({"anyOf": [_SIGNED, _VECTOR]})]
