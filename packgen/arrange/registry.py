@@ -33,6 +33,7 @@ BUILTIN = MappingProxyType(
         "ADAM": "packgen.arrange.adam",
         "DISPERSED": "packgen.arrange.dispersed",
         "JAMMED": "packgen.arrange.jammed",
+        "VOID_FILLING": "packgen.arrange.void_filling",
     }
 )
 

@@ -141,6 +141,7 @@ def _features(shape: Shape | Slice, seams: Seams) -> tuple[NDArray[np.int8], Flo
 def simple_features(
     shape: Box | Cone | Ball | Polyhedron | Slice, seams: Seams
 ) -> list[tuple[int, Float64Array]]:
+    """Return kind and numbers of each feature of a shape but a mesh; see ``wall_gap``."""
     if isinstance(shape, Box):
         return [
             (PLANE, np.append(sign * np.eye(3)[axis], sign * corner[axis]))

@@ -1,7 +1,7 @@
 """The nearest of many balls of any sizes, more of them coming: a loose octree.
 
-A ball lies in the cell of the level whose cells are as wide as the ball, or up to twice that, and that has its
-centre: it sticks out by half a cell at most.
+A ball lies in the cell that has its centre, of the level whose cells are as wide as the ball, or up to twice
+that: it sticks out by half a cell at most.
 """
 
 from __future__ import annotations

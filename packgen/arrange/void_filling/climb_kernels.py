@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from packgen.arrange.space.feature_kernels import closest_on_triangle
 from packgen.arrange.void_filling.ball_tree_kernels import BallTree
 from packgen.arrange.void_filling.linear_kernels import solve_small
-from packgen.arrange.void_filling.wall_kernels import FACET, FLAT, ROUND, Walls, nearest_of_all
+from packgen.arrange.void_filling.wall_kernels import FACET, FLAT, Walls, nearest_of_all
 from packgen.compiled import inner_loop
 
 NEAR_MAX = 24
@@ -50,7 +50,7 @@ class Bench(NamedTuple):
         inverse: Their inverse and dual values, shape (5, 4).
         found: Solution, shape (4,).
         fresh: What is nearest, shape (6,).
-        count: How many are known, shape (1,).
+        known: How many are known, shape (1,).
     """
 
     near: NDArray[np.float64]
@@ -62,7 +62,7 @@ class Bench(NamedTuple):
     inverse: NDArray[np.float64]
     found: NDArray[np.float64]
     fresh: NDArray[np.float64]
-    count: NDArray[np.int64]
+    known: NDArray[np.int64]
 
 
 def new_bench() -> Bench:
@@ -87,7 +87,7 @@ def look(walls: Walls, bench: Bench, x: float, y: float, z: float, weight: float
         weight: The rows' fourth number: 1 where the least distance is the fourth unknown, else 0.
     """
     least = np.inf
-    for k in range(bench.count[0]):
+    for k in range(bench.known[0]):
         near = bench.near[k]
         if near[0] == FLAT:
             gx, gy, gz = -near[1], -near[2], -near[3]
@@ -114,7 +114,7 @@ def keep_in_mind(bench: Bench) -> bool:
     fresh = bench.fresh
     if fresh[0] < 0.0:
         return False
-    count = bench.count[0]
+    count = bench.known[0]
     for k in range(count):
         near = bench.near[k]
         if near[0] != fresh[0]:
@@ -139,7 +139,7 @@ def keep_in_mind(bench: Bench) -> bool:
             if not holds and bench.away[k] > farthest:
                 place, farthest = k, bench.away[k]
     else:
-        bench.count[0] += 1
+        bench.known[0] += 1
     bench.near[place, :] = fresh
     return True
 
@@ -161,7 +161,7 @@ def box_rows(bench: Bench, step: float) -> None:
 @inner_loop
 def _highest(bench: Bench, step: float) -> bool:
     """Solve for the step that gets farthest from all that is near; see `solve_small`."""
-    count = bench.count[0]
+    count = bench.known[0]
     nearest = 0
     for k in range(count):
         bench.bound[BOXED + 1 + k] = bench.away[k]
@@ -187,8 +187,9 @@ def _highest(bench: Bench, step: float) -> bool:
 def highest_in_cell(walls: Walls, bench: Bench, x: float, y: float, z: float, half: float) -> float:
     """Return what no point of a cubic cell is farther than from all that is known to be near [m].
 
-    By the programme's value, and what the distances' curvature may add to it. The step to the point that is
-    farthest, the curvature left out, is in ``bench.found``.
+    Any mean of these distances is a bound, and the programme's dual values make the mean that bounds best:
+    how far the middle is, what the mean direction adds to that towards a corner, and what curvature adds.
+    The step to the point that is farthest, the curvature left out, is in ``bench.found``.
 
     Args:
         walls: The walls.
@@ -200,12 +201,20 @@ def highest_in_cell(walls: Walls, bench: Bench, x: float, y: float, z: float, ha
     """
     least = look(walls, bench, x, y, z, 1.0)
     _highest(bench, half)
-    bend = 0.0
+    total, away, bend, gx, gy, gz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(4):
         k = bench.basis[i] - BOXED - 1
-        if k >= 0:
-            bend += bench.inverse[4, i] * bench.bend[k]
-    return min(bench.found[3] + 1.5 * half * half * bend, least + ROOT3 * half)
+        share = bench.inverse[4, i]
+        if k >= 0 and share > 0.0:
+            row = bench.row[BOXED + 1 + k]
+            total += share
+            away += share * bench.away[k]
+            bend += share * bench.bend[k]
+            gx, gy, gz = gx + share * row[0], gy + share * row[1], gz + share * row[2]
+    if total <= 0.0:
+        return least + ROOT3 * half
+    bound = (away + half * (abs(gx) + abs(gy) + abs(gz)) + 1.5 * half * half * bend) / total
+    return min(bound, least + ROOT3 * half)
 
 
 @inner_loop
@@ -295,7 +304,7 @@ def climb(
         if tries > 6 or step < 1e-14 * radius:
             break
     look(walls, bench, x, y, z, 1.0)
-    _highest(bench, step)
+    _highest(bench, 0.02 * radius)
     peak[0], peak[1], peak[2], peak[3] = x, y, z, radius
-    peak[4] = sure_reach(bench, radius)
+    peak[4] = sure_reach(bench, radius) if bench.found[3] <= radius * (1.0 + 0.1 * EVEN) else 0.0
     return radius

@@ -1,4 +1,4 @@
-"""The space that spheres are put into: its walls, the spheres that are there, and the search for its voids."""
+"""The space that spheres are put into: its walls, what is in it, and the search for its voids."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from packgen.arrange.space.sides import InsideMap
 from packgen.arrange.space.walls import simple_features
 from packgen.arrange.void_filling.ball_tree_kernels import LEVELS, BallTree, add_balls
 from packgen.arrange.void_filling.climb_kernels import new_bench
+from packgen.arrange.void_filling.place_kernels import fill_drawn, list_peaks
 from packgen.arrange.void_filling.search_kernels import (
     CELLS,
     EXHAUSTED,
@@ -37,6 +38,9 @@ SIDE_CELLS = 1_500_000
 STEPS = 20_000
 """Steps between two looks at the clock and the keyboard."""
 
+REPEATED = 1000
+"""Spheres of one radius that are asked for at once."""
+
 ROUNDING = 4.0e-16
 """Largest error of a coordinate, in extents of the space."""
 
@@ -59,9 +63,7 @@ class Hollow:
         middle, half = bounds.mean(axis=0), 0.5 * float((bounds[1] - bounds[0]).max())
         extent = float(np.abs(bounds).max())
         self.slack = ROUNDING * extent
-        reach = float((ball[:, 3]).max(initial=0.0)) + float(
-            np.abs(ball[:, :3] - middle).max(initial=0.0)
-        )
+        reach = float((ball[:, 3]).max(initial=0.0)) + float(np.abs(ball[:, :3] - middle).max(initial=0.0))
         self._tree = _new_tree(np.append(middle, max(half, reach) * (1.0 + 1e-9)), len(ball) + 1024)
         while len(self._tree.first) < 8 * LEVELS + 4 * len(ball):
             self._tree = _more_balls(self._tree)
@@ -77,7 +79,7 @@ class Hollow:
         return self._tree.ball[self._before : self._tree.size[0]]
 
     def distance(self, point: Float64Array) -> Float64Array:
-        """Return how far points (N, 3) are from everything [m], negative beyond a wall or in a sphere, (N,)."""
+        """Return how far points (N, 3) are from everything [m], (N,); negative beyond a wall or in a ball."""
         return distances_of_all(self._walls, self._tree, np.ascontiguousarray(point, np.float64))
 
     def fill(
@@ -97,15 +99,69 @@ class Hollow:
         limits = np.array([count, solid, 0.0])
         while True:
             limits[2] = STEPS
-            end = fill_freely(
-                self._walls, self._tree, self._bench, self._search, least, self.slack, limits
-            )
+            end = fill_freely(self._walls, self._tree, self._bench, self._search, least, self.slack, limits)
             if end == MORE_ROOM:
                 self._grow()
             elif end == PAUSED:
                 tell(len(self.ball))
             else:
                 return bool(end != EXHAUSTED)
+
+    def place(
+        self,
+        radii: Float64Array,
+        solid: float,
+        down: Float64Array,
+        tell: Callable[[int], None] = lambda _: None,
+    ) -> np.ndarray:
+        """Put spheres of given radii into the smallest voids that take them.
+
+        Args:
+            radii: Radii, the largest first [m], shape (N,).
+            solid: Solid volume that is enough, over 4 pi / 3 [m3].
+            down: Unit vector to where each sinks in its void, shape (3,).
+            tell: Called now and then with the number of spheres added.
+
+        Returns:
+            Which have found a place, shape (N,).
+        """
+        placed = np.zeros(len(radii), np.bool_)
+        limits = np.array([0.0, solid, 0.0])
+        while len(radii):
+            limits[2] = STEPS
+            end = fill_drawn(
+                self._walls, self._tree, self._bench, self._search, radii, placed, down, self.slack, limits
+            )
+            if end == MORE_ROOM:
+                self._grow()
+            elif end == PAUSED:
+                tell(len(self.ball))
+            else:
+                break
+        list_peaks(self._search)
+        return placed
+
+    def repeat(
+        self, radius: float, most: int, solid: float, down: Float64Array,
+        tell: Callable[[int], None] = lambda _: None,
+    ) -> int:  # fmt: skip
+        """Put spheres of one radius [m] into the voids until no void takes one; return how many.
+
+        Args:
+            radius: The radius [m].
+            most: How many at most.
+            solid: Solid volume that is enough, over 4 pi / 3 [m3].
+            down: See `place`.
+            tell: See `place`.
+        """
+        count = 0
+        while count < most and count * radius**3 < solid:
+            some = np.full(min(REPEATED, most - count), radius)
+            placed = int(self.place(some, solid - count * radius**3, down, tell).sum())
+            count += placed
+            if placed < len(some):
+                break
+        return count
 
     def _start(self, middle: Float64Array, half: float) -> None:
         search = self._search
@@ -136,7 +192,8 @@ def make_walls(shapes: Sequence[Shape | Slice], bounds: Float64Array, seams: Sea
             for kind, row in simple_features(shape, seams if index == 0 else NO_SEAMS):
                 features.setdefault(kind if kind in (PLANE, CONE) else -1, []).append(row)
     plane, cone, hollow = (
-        np.array(features.get(kind, [])).reshape(-1, width) for kind, width in ((PLANE, 4), (CONE, 9), (-1, 4))
+        np.array(features.get(kind, [])).reshape(-1, width)
+        for kind, width in ((PLANE, 4), (CONE, 9), (-1, 4))
     )
     origin, cells, label = np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3, np.int64), np.zeros(0, np.int8)
     box, corner = np.empty((0, 6)), np.empty((0, 9))
@@ -206,7 +263,7 @@ def _new_search(cells: int, peaks: int) -> Search:
 def _more_search(search: Search) -> Search:
     """Return a search with twice the room for cells or peaks, whichever is short."""
     short_of_cells = search.size[CELLS] + 8 >= len(search.cell)
-    names = ("cell", "near", "known", "hint", "next_cell", "free", "waiting", "bound")
+    names: tuple[str, ...] = ("cell", "near", "known", "hint", "next_cell", "free", "waiting", "bound")
     if not short_of_cells:
         if search.size[PEAKS] + 1 < len(search.peak):
             return search

@@ -14,7 +14,7 @@ from packgen.compiled import inner_loop
 PIVOTS = 60
 """Rows that enter at most."""
 
-SMALL = 1.0e-13
+SMALL = 1.0e-10
 """Pivots below it are taken for zero; rows are unit vectors, or nearly."""
 
 
@@ -35,8 +35,8 @@ def solve_small(
         bound: Their bounds, shape (K,).
         count: How many of them count.
         basis: In: four rows that bound the objective; out: those that hold at the end, shape (4,).
-        inverse: In: the inverse of the rows of ``basis``, times the objective from the left in its fifth line,
-            the dual values, none below 0; out: the same at the end, shape (5, 4).
+        inverse: In: the inverse of the rows of ``basis``; in its fifth line that times the objective, the
+            dual values, none below 0; out: the same at the end, shape (5, 4).
         found: Out: the unknowns, shape (4,).
         slack: By how much a row may be missed.
 

@@ -1,8 +1,8 @@
 """Which voids there are: cells that may hold the middle of a large sphere, halved until a peak explains them.
 
-No place in a cell is farther from everything than its middle is, by more than half the cell's diagonal: what
-that cannot beat need not be looked at. Cells wait in the order of that bound. A bound may be old; spheres only
-make it smaller.
+How far a place in a cell can be from everything is bounded by how far it is from what is near the cell; a
+cell whose bound is too low need not be looked at. Cells wait in the order of their bounds. A bound may be
+old: spheres only make it smaller.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ FINEST = 0.02
 """Half diagonal of a cell, in radii of the sphere found from its middle, below which that explains it."""
 
 DONE, EXHAUSTED, MORE_ROOM, PAUSED = 0, 1, 2, 3
-"""How a search ends: all spheres are placed, no void is left, arrays are too short, or so many steps are done."""
+"""How a search ends: spheres are placed, no void is left, arrays are too short, or steps are used up."""
 
 
 class Search(NamedTuple):
@@ -126,15 +126,13 @@ def drop(search: Search, cell: int) -> None:
 
 
 @inner_loop
-def add_cell(
-    search: Search, x: float, y: float, z: float, half: float, hint: int, bound: float
-) -> int:
+def add_cell(search: Search, x: float, y: float, z: float, half: float, hint: int, bound: float) -> int:
     """Have a new cell wait; return its number."""
     if search.size[FREE] > 0:
         search.size[FREE] -= 1
-        cell = search.free[search.size[FREE]]
+        cell = int(search.free[search.size[FREE]])
     else:
-        cell = search.size[CELLS]
+        cell = int(search.size[CELLS])
         search.size[CELLS] += 1
     row = search.cell[cell]
     row[0], row[1], row[2], row[3] = x, y, z, half
@@ -177,9 +175,9 @@ def explains(search: Search, peak: int, cell: int) -> bool:
 def remember(search: Search, cell: int, bench: Bench) -> None:
     """Note what is known to be near a cell, the nearest first."""
     count = 0
-    while count < KEPT and count < bench.count[0]:
+    while count < KEPT and count < bench.known[0]:
         best = -1
-        for k in range(bench.count[0]):
+        for k in range(bench.known[0]):
             if bench.away[k] < np.inf and (best < 0 or bench.away[k] < bench.away[best]):
                 best = k
         search.near[cell, count, :] = bench.near[best]
@@ -191,15 +189,13 @@ def remember(search: Search, cell: int, bench: Bench) -> None:
 @inner_loop
 def recall(search: Search, cell: int, bench: Bench) -> None:
     """Take what is known to be near a cell."""
-    bench.count[0] = search.known[cell]
+    bench.known[0] = search.known[cell]
     for k in range(search.known[cell]):
         bench.near[k, :] = search.near[cell, k]
 
 
 @inner_loop
-def lowered(
-    walls: Walls, tree: BallTree, bench: Bench, search: Search, cell: int, enough: float
-) -> float:
+def lowered(walls: Walls, tree: BallTree, bench: Bench, search: Search, cell: int, enough: float) -> float:
     """Return how large the spheres may be that have their centres in a cell [m], no better than ``enough``.
 
     By what is known to be near, and then by what is found to be nearer to the places that seem farthest from
@@ -212,7 +208,7 @@ def lowered(
     bound = np.inf
     px, py, pz = x, y, z
     for trial in range(LOOKS):
-        if bench.count[0] > 0:
+        if bench.known[0] > 0:
             bound = min(bound, highest_in_cell(walls, bench, x, y, z, half))
             if bound <= enough:
                 break
@@ -230,7 +226,7 @@ def lowered(
             break
         if away <= 0.0 and trial == 0:
             # In a sphere or beyond a wall: its way out says enough.
-            if bench.count[0] > 0 and bound > enough:
+            if bench.known[0] > 0 and bound > enough:
                 bound = min(bound, highest_in_cell(walls, bench, x, y, z, half))
             break
     return bound
@@ -319,7 +315,7 @@ def peak_of(search: Search, hint: int, found: NDArray[np.float64]) -> int:
         apart = max(abs(found[0] - at[0]), abs(found[1] - at[1]), abs(found[2] - at[2]))
         if apart <= 1e-7 * found[3]:
             return hint
-    number = search.size[PEAKS]
+    number = int(search.size[PEAKS])
     search.size[PEAKS] += 1
     search.peak[number, :] = found
     search.first_cell[number] = -1

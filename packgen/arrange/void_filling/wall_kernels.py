@@ -211,11 +211,12 @@ def nearest_of_all(
                     near[0], near[4], near[5] = ROUND, ball[3], number
                     near[1], near[2], near[3] = ball[0] + x - sx, ball[1] + y - sy, ball[2] + z - sz
     if len(walls.box) and best > 0.0:
-        number, away, side = nearest_triangle(walls, x, y, z, best)
-        if number >= 0:
-            best = away if is_inside(walls, x, y, z, side) else -away
+        # A little farther, so that a triangle that is known to be the nearest still tells the side.
+        number, away, side = nearest_triangle(walls, x, y, z, best * (1.0 + 1e-9))
+        if number >= 0 and away < best:
             near[0], near[5] = FACET, number
-        elif not is_inside(walls, x, y, z, 1.0):
+            best = away
+        if not is_inside(walls, x, y, z, side):
             best = -best
     return best
 
