@@ -69,7 +69,7 @@ def new_bench() -> Bench:
     """Return room for climbing."""
     rows = BOXED + 1 + NEAR_MAX
     return Bench(
-        np.empty((NEAR_MAX, 6)), np.empty(NEAR_MAX), np.empty(NEAR_MAX), np.zeros((rows, 4)), np.zeros(rows),
+        np.zeros((NEAR_MAX, 6)), np.zeros(NEAR_MAX), np.zeros(NEAR_MAX), np.zeros((rows, 4)), np.zeros(rows),
         np.zeros(4, np.int64), np.zeros((5, 4)), np.zeros(4), np.zeros(6), np.zeros(1, np.int64),
     )  # fmt: skip
 
@@ -141,6 +141,7 @@ def keep_in_mind(bench: Bench) -> bool:
     else:
         bench.known[0] += 1
     bench.near[place, :] = fresh
+    bench.away[place] = 0.0  # until the next look: what is new is worth keeping
     return True
 
 

@@ -180,6 +180,8 @@ def remember(search: Search, cell: int, bench: Bench) -> None:
         for k in range(bench.known[0]):
             if bench.away[k] < np.inf and (best < 0 or bench.away[k] < bench.away[best]):
                 best = k
+        if best < 0:
+            break
         search.near[cell, count, :] = bench.near[best]
         bench.away[best] = np.inf
         count += 1
