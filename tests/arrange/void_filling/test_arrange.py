@@ -65,8 +65,8 @@ def test_drawn_radii_are_kept_and_what_finds_no_place_is_reported() -> None:
     assert missed(result) == ()
     assert check_bed(result.bed).overlap_max == check_bed(result.bed).wall_overlap_max == 0.0
     assert np.diff(result.bed.radius).max() <= 0.0
-    few = filled(particle_sets=[DRAWN | {"radius_max": 0.5}], zones=[{"n_particles": 14}])
-    assert "spheres placed" in missed(few)[0]
+    many = filled(particle_sets=[DRAWN], zones=[{"n_particles": 130}])
+    assert f"{many.bed.count} of 130 spheres placed" in missed(many)[0]
 
 
 def test_free_spheres_fill_what_a_zone_of_drawn_ones_leaves() -> None:
