@@ -35,6 +35,7 @@ BUILTIN = MappingProxyType(
         "JAMMED": "packgen.arrange.jammed",
         "OPTIMAL": "packgen.arrange.optimal",
         "SHRINKING_CELL": "packgen.arrange.shrinking_cell",
+        "VOID_FILLING": "packgen.arrange.void_filling",
     }
 )
 

@@ -26,6 +26,9 @@ from packgen.search import Search
 from packgen.supply.fitting import SumFit
 from packgen.version import __version__
 
+ROUNDING = 1.0e-9
+"""Part of the space by which a coverage may be missed."""
+
 
 @dataclass(frozen=True, slots=True)
 class ZoneResult:
@@ -124,6 +127,11 @@ def pack(
         results = (
             replace(results[0], solid_fraction_asked=asked, solid_fraction=reached, slack=SLACK),
         )  # fmt: skip
+    coverage = getattr(ready.setting.settings, "coverage", None)
+    if coverage is not None:
+        reached = min(sum(solid) / ready.setting.container.volume, coverage)
+        last = replace(results[-1], solid_fraction_asked=coverage, solid_fraction=reached, slack=ROUNDING)
+        results = (*results[:-1], last)
     warnings = (*ready.warnings, *remarks(ready.asked, made.bed, results))
     return PackResult(made.bed, results, warnings, made.outcome.jamming, made.outcome.search)
 

@@ -31,7 +31,7 @@ class SceneFile(Keys):
     Attributes:
         container: What holds the spheres.
         gravity_axis: Where things fall; once read, the unit vector along which they do.
-        gravity: Acceleration of gravity; DISPERSED and JAMMED have none.
+        gravity: Acceleration of gravity; DISPERSED, JAMMED and VOID_FILLING have none.
         seed: Seed of everything random.
         algorithm: Name of the algorithm, packgen's own or a plug-in's.
         params: Settings of the algorithm; each has its own.

@@ -131,16 +131,17 @@ def _features(shape: Shape | Slice, seams: Seams) -> tuple[NDArray[np.int8], Flo
     if isinstance(shape, Mesh):
         rows = _triangle_rows(shape.surface)
         return np.full(len(rows), TRIANGLE, np.int8), rows
-    features = _simple_features(shape, seams)
+    features = simple_features(shape, seams)
     row = np.zeros((len(features), FEATURE_WIDTH))
     for index, (_, numbers) in enumerate(features):
         row[index, : len(numbers)] = numbers
     return np.array([each[0] for each in features], np.int8), row
 
 
-def _simple_features(
+def simple_features(
     shape: Box | Cone | Ball | Polyhedron | Slice, seams: Seams
 ) -> list[tuple[int, Float64Array]]:
+    """Return kind and numbers of each feature of a shape but a mesh; see ``wall_gap``."""
     if isinstance(shape, Box):
         return [
             (PLANE, np.append(sign * np.eye(3)[axis], sign * corner[axis]))
