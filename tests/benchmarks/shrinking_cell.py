@@ -95,7 +95,7 @@ def starts_of(name: str, count: int, seed: int) -> list[Start]:
 
 
 def row_of(starts: Sequence[Start], column: float) -> tuple[str, ...]:
-    """Return what a case's starts led to, as text; the column's time a sphere [us] is that of this machine."""
+    """Return what a case's starts led to, as text; ``column`` is the machine's time a sphere [us]."""
     first = starts[0]
     seconds = mean(each.seconds for each in starts)
     return (
