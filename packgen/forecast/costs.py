@@ -17,7 +17,7 @@ FINISH = 6.0e-6  # seconds a sphere for check, measures and report
 PROJECTION, ADAM, DISPERSED = 18.0e-6, 1.2e-3, 40.0e-6  # seconds a sphere, equal ones
 JAMMED, PROOF = 0.26e-3, 4.0e-3  # seconds a sphere, without and with a proof
 AIMED = 2.5  # times as long under gravity for a solid fraction asked for: 1 to 4.8, see densities.txt
-CELL, CELL_SPHERE = 0.04, 0.02  # seconds a start of SHRINKING_CELL, and more for each sphere
+CELL, CELL_SPHERE = 0.02, 0.03  # seconds a start of SHRINKING_CELL, and more for each sphere
 VOIDS = 0.6e-3  # seconds a sphere of void filling
 PROOF_MAX = 2_000  # spheres up to which a proof is tried by itself
 BROAD, BROAD_RATIO = 2.7, 5.0  # times as long for broad sizes, from this ratio of radii on
@@ -28,7 +28,7 @@ SEARCHES = ("OPTIMAL", "SHRINKING_CELL")  # they take their time by starts, not 
 RULE = (
     "3 s, and for each sphere 18 us (adam 1.2 ms, DISPERSED 0.04 ms, JAMMED 0.26 ms, with a proof 4 ms, "
     "VOID_FILLING 0.6 ms), up to 2.7 times that for broad sizes, 2.5 times for a solid fraction under "
-    "gravity, and 6 us to measure it; SHRINKING_CELL 0.04 s a start and 0.02 s more for each sphere, OPTIMAL "
+    "gravity, and 6 us to measure it; SHRINKING_CELL 0.02 s a start and 0.03 s more for each sphere, OPTIMAL "
     "its time limit; 350 MB, and 0.36 kB for each sphere"
 )
 

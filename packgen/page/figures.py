@@ -135,12 +135,15 @@ def _found(report: Mapping[str, Any]) -> list[Figure]:
     found = report.get("search")
     if not found:
         return []
-    value = f"{found['value']:.10g}, by {found['hits']:,} of {found['starts']:,} starts"
-    figures = [Figure(f"Largest {found['maximized']} found", value, key="search.value", exact=found["value"])]
+    label = f"Largest {found['maximized']} found, by {found['hits']:,} of {found['starts']:,} starts"
+    value = f"{found['value']:.10g}"
+    figures = [Figure(label, value, key="search.value", exact=found["value"])]
     if found["bound"] is not None:
         verdict = "proven" if found["proven"] else f"{found['gap']:.2%} above"
-        text = f"{found['bound']:.10g}, {verdict} ({found['bound_by']})"
-        figures.append(Figure("Bound of it", text, key="search.bound", exact=found["bound"]))
+        text = f"{found['bound']:.10g}, {verdict}"
+        figures.append(
+            Figure(f"Its bound: {found['bound_by']}", text, key="search.bound", exact=found["bound"])
+        )
     if found["cell"] is not None:
         a, b, c, *angles = found["cell"]
         edges = f"{a:.6g} x {b:.6g} x {c:.6g} m"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import base64
 import json
 import re
 from dataclasses import dataclass, replace
@@ -12,8 +13,12 @@ from packgen.bedfile import save_bed
 from packgen.errors import PackgenError
 from packgen.geometry import Cone
 from packgen.page import report_folder
+from packgen.page.figures import key_figures
+from packgen.page.spheres import read_spheres, spheres_of, view_data
 from packgen.report import build_report
+from packgen.search import Search
 from tests.beds import box_container, cubic_lattice, make_bed, make_container, revolved_surface
+from tests.cells import close_packing
 
 PAGE_MAX = 5_000_000
 
@@ -226,3 +231,27 @@ def test_a_page_made_again_has_the_outline_of_walls_that_are_a_form(tmp_path):
     result_folder(tmp_path, pack(scene).bed)
     view = json.loads(Page(report_folder(tmp_path).read_text(encoding="utf-8")).scripts["view-data"])
     assert view["outlines"][0]["name"] == "container"
+
+
+def test_the_key_figures_of_a_search_are_value_bound_and_cell():
+    cell = (1.0, 1.0, 2.0, 90.0, 90.0, 60.0)
+    found = Search(
+        "fraction", 0.74, 0.74, 0.7404, "no packing of equal spheres is denser", 0.0005, False, 50, 12, 500,
+        2, 2, "done", cell,
+    )  # fmt: skip
+    report = build_report(close_packing(), search=found)
+    figures = {each.label: each.value for each in key_figures(json.loads(report.as_json()))}
+    assert figures["Largest fraction found, by 12 of 50 starts"] == "0.74"
+    assert figures["Its bound: no packing of equal spheres is denser"] == "0.7404, 0.05% above"
+    assert figures["Edges of the cell"] == "1 x 1 x 2 m"
+    assert figures["Angles of the cell, degrees"] == "90, 90, 60"
+
+
+def test_the_view_of_a_cell_has_its_twelve_edges_also_when_it_is_made_again(tmp_path):
+    bed = close_packing()
+    save_bed(bed, tmp_path / "bed.npz")
+    for spheres in (spheres_of(bed), read_spheres(tmp_path / "bed.npz", None)):
+        (lines,) = view_data(spheres)["outlines"]
+        ends = np.frombuffer(base64.b64decode(lines["ends"]), "<f4").reshape(-1, 2, 3)
+        assert len(ends) == 12
+        assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) == pytest.approx(np.ones(12), rel=1e-6)
