@@ -281,6 +281,17 @@ def test_optimal_holds_radii_against_the_best_known(tmp_path, capsys):
     assert "within 1e-8: 2 in the cube, 1 in the sphere" in (tmp_path / "optimal.txt").read_text()
 
 
+@pytest.mark.slow
+def test_void_filling_tells_time_and_coverage_of_five_bodies(tmp_path, capsys):
+    script = importlib.import_module("void_filling")
+    script.main(["--spheres", "12", "--many", "15", "--facets", "2", "--out", str(tmp_path)])
+    with (tmp_path / "void_filling.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [int(row["spheres"]) for row in rows] == [12] * 5 + [15]
+    assert all(float(row["overlap"]) == 0.0 and 0.4 < float(row["coverage"]) < 0.9 for row in rows)
+    assert "Mean coverage of the five bodies" in capsys.readouterr().out
+
+
 @needs_liggghts
 @pytest.mark.solver
 @pytest.mark.slow
@@ -313,6 +324,7 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
         "shrinking_cell",
         "solver_agreement",
         "standing_beds",
+        "void_filling",
     ],
 )
 def test_every_script_explains_itself(script, capsys):

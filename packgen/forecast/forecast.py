@@ -24,12 +24,13 @@ from packgen.filling.earlier import Earlier, earlier_bed
 from packgen.filling.fit import asked_of, checked_locations
 from packgen.filling.periods import check_periods
 from packgen.filling.remarks import remarks_of_amounts
-from packgen.filling.room import Locations
+from packgen.filling.room import Locations, volume_of
 from packgen.filling.softness import check_softness
 from packgen.forecast.cells import Cells, Taken
 from packgen.forecast.costs import cost_of
 from packgen.forecast.misses import SURE, loose_zones, misfit, no_room
 from packgen.forecast.result import Forecast, SetForecast, ZoneForecast
+from packgen.forecast.voids import expected_voids
 from packgen.geometry import Container, floor_direction
 from packgen.portable import length
 from packgen.scene.models import AMOUNTS
@@ -141,7 +142,7 @@ def forecast(
     )
     check_periods(scene, container, reach)
     earlier = earlier_bed(scene, container, tell)
-    zones = _zones(asked, locations, wanted)
+    zones = [_with_voids(scene, container, zone) for zone in _zones(asked, locations, wanted)]
     if aim is not None:
         zones = [replace(zone, core=aim.first) for zone in zones]
         if (warning := falls(aim, friction_of(scene, scene.zones[0]))) is not None:
@@ -222,6 +223,23 @@ def _zones(scene: Scene, locations: Sequence[Locations], wanted: Sequence[Densit
         heavy, large = (float(shares @ mean_weights(by, scene.particle_sets)) for by in ("mass", "volume"))
         zones.append(_Zone(asked.sizes, mean, count, mean * heavy / large, shares, own, density, supply))
     return zones
+
+
+def _with_voids(scene: Scene, container: Container, zone: _Zone) -> _Zone:
+    """Return a zone of free sizes with those that it will about have; any other one as it is."""
+    if zone.supply is None or zone.supply.free is None:
+        return zone
+    room = volume_of(container, zone.locations)
+    coverage = getattr(scene.params, "coverage", None)
+    count, share = expected_voids(zone.supply.free, zone.supply.asked, coverage, room)
+    mean = share * room / count
+    radius = np.array([np.cbrt(mean / UNIT_VOLUME)])
+    sizes = Sizes(radius, np.ones(1), float(radius[0]), float(radius[0]))
+    heavy = zone.mean_mass / zone.mean_volume * mean
+    return replace(
+        zone, sizes=sizes, mean_volume=mean, count=float(round(count)), mean_mass=heavy,
+        density=Density(room, share),
+    )  # fmt: skip
 
 
 @dataclass(slots=True)

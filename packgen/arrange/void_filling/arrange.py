@@ -133,7 +133,7 @@ def _free(
     cap = min([np.inf if free.radius_max is None else free.radius_max, *(PERIOD_SHARE * p for p in periods)])
     capped = 0
     if np.isfinite(cap):
-        capped = hollow.repeat(cap, int(most), solid, zone.setting.down, tell)
+        capped = hollow.repeat(cap, int(most), solid, zone.setting.down, free.radius_min, tell)
         solid -= capped * cap**3
     hollow.fill(free.radius_min, most - capped, solid, tell)
     draw = supply.take(len(hollow.ball))
@@ -149,7 +149,7 @@ def _drawn(zone: ZoneTask, supply: Supply, hollow: Hollow, solid: float, tell: C
         draw = supply.take(max(round(volume / supply.mean_volume), 1))
     order = np.lexsort((draw.set_index, -draw.radius))
     radius = np.ascontiguousarray(draw.radius[order])
-    placed = hollow.place(radius, solid, zone.setting.down, tell)
+    placed = hollow.place(radius, solid, zone.setting.down, tell=tell)
     kept, rest = order[placed], np.sort(order[~placed])
     supply.put_back(Draw(draw.radius[rest], draw.set_index[rest]))
     return Draw(draw.radius[kept], draw.set_index[kept])

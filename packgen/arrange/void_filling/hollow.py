@@ -112,6 +112,7 @@ class Hollow:
         radii: Float64Array,
         solid: float,
         down: Float64Array,
+        least: float | None = None,
         tell: Callable[[int], None] = lambda _: None,
     ) -> np.ndarray:
         """Put spheres of given radii into the smallest voids that take them.
@@ -120,6 +121,7 @@ class Hollow:
             radii: Radii, the largest first [m], shape (N,).
             solid: Solid volume that is enough, over 4 pi / 3 [m3].
             down: Unit vector to where each sinks in its void, shape (3,).
+            least: Radius below which no void will be wanted later [m]; None: that of the smallest of these.
             tell: Called now and then with the number of spheres added.
 
         Returns:
@@ -130,8 +132,9 @@ class Hollow:
         while len(radii):
             limits[2] = STEPS
             end = fill_drawn(
-                self._walls, self._tree, self._bench, self._search, radii, placed, down, self.slack, limits
-            )
+                self._walls, self._tree, self._bench, self._search, radii, placed, down,
+                float(radii[-1]) if least is None else least, self.slack, limits,
+            )  # fmt: skip
             if end == MORE_ROOM:
                 self._grow()
             elif end == PAUSED:
@@ -142,7 +145,7 @@ class Hollow:
         return placed
 
     def repeat(
-        self, radius: float, most: int, solid: float, down: Float64Array,
+        self, radius: float, most: int, solid: float, down: Float64Array, least: float,
         tell: Callable[[int], None] = lambda _: None,
     ) -> int:  # fmt: skip
         """Put spheres of one radius [m] into the voids until no void takes one; return how many.
@@ -152,12 +155,13 @@ class Hollow:
             most: How many at most.
             solid: Solid volume that is enough, over 4 pi / 3 [m3].
             down: See `place`.
+            least: See `place`.
             tell: See `place`.
         """
         count = 0
         while count < most and count * radius**3 < solid:
             some = np.full(min(REPEATED, most - count), radius)
-            placed = int(self.place(some, solid - count * radius**3, down, tell).sum())
+            placed = int(self.place(some, solid - count * radius**3, down, least, tell).sum())
             count += placed
             if placed < len(some):
                 break

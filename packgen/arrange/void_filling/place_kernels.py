@@ -25,6 +25,10 @@ from packgen.arrange.void_filling.wall_kernels import Walls, nearest_of_all
 from packgen.compiled import inner_loop, loop
 
 ROUNDS = 400
+COARSE = 0.5
+"""Half diagonal of a cell, in radii of the void found from it, below which that explains it: of two voids in
+so small a place either will do."""
+
 STEP = 0.5
 NEAR_ENOUGH = 1.0e-13
 """Progress, in radii, at which a sphere is held."""
@@ -148,7 +152,8 @@ def forget_ended(search: Search) -> None:
 @loop
 def fill_drawn(
     walls: Walls, tree: BallTree, bench: Bench, search: Search, radii: NDArray[np.float64],
-    placed: NDArray[np.bool_], down: NDArray[np.float64], slack: float, limits: NDArray[np.float64],
+    placed: NDArray[np.bool_], down: NDArray[np.float64], least: float, slack: float,
+    limits: NDArray[np.float64],
 ) -> int:  # fmt: skip
     """Put spheres of given radii into the smallest voids that take them, one after the other.
 
@@ -160,6 +165,7 @@ def fill_drawn(
         radii: Radii, the largest first [m], shape (N,).
         placed: Out: which have found a place, shape (N,).
         down: Unit vector to where a sphere sinks in its void, shape (3,).
+        least: Radius below which no void will be wanted later [m].
         slack: Distance that is kept, for rounding [m].
         limits: Sphere to go on with, solid volume to add over 4 pi / 3 [m3], steps; change, shape (3,).
 
@@ -168,7 +174,6 @@ def fill_drawn(
     """
     size = search.size
     place = np.empty(3)
-    least = radii[len(radii) - 1]
     while limits[0] < len(radii) and limits[1] > 0.0:
         if not has_room(tree, search):
             return MORE_ROOM
@@ -178,7 +183,7 @@ def fill_drawn(
         number = int(limits[0])
         radius = radii[number] + slack
         if size[WAITING] > 0 and search.bound[0] >= radius:
-            look_at_first(walls, tree, bench, search, least, radius * (1.0 - 1e-12))
+            look_at_first(walls, tree, bench, search, least, radius * (1.0 - 1e-12), COARSE)
             size[READY] = 0
             continue
         limits[0] += 1.0

@@ -36,7 +36,7 @@ LOOKS = 4
 """Places of a cell that are looked at before it is halved."""
 
 FINEST = 0.02
-"""Half diagonal of a cell, in radii of the sphere found from its middle, below which that explains it."""
+"""Half diagonal of a cell, in radii of the sphere found from it, below which that explains it."""
 
 DONE, EXHAUSTED, MORE_ROOM, PAUSED = 0, 1, 2, 3
 """How a search ends: spheres are placed, no void is left, arrays are too short, or steps are used up."""
@@ -258,7 +258,7 @@ def halve(search: Search, cell: int, bench: Bench, hint: int, bound: float) -> N
 
 @inner_loop
 def look_at_first(
-    walls: Walls, tree: BallTree, bench: Bench, search: Search, least: float, enough: float
+    walls: Walls, tree: BallTree, bench: Bench, search: Search, least: float, enough: float, finest: float
 ) -> None:
     """Look at the cell that waits first: drop it, lower its bound, find its peak, or halve it.
 
@@ -269,6 +269,7 @@ def look_at_first(
         search: Cells and peaks.
         least: Radius below which nothing is wanted [m].
         enough: What a bound need not be lowered below now [m].
+        finest: Half diagonal of a cell, in radii of the sphere found from it, below which that explains it.
     """
     size = search.size
     cell = search.waiting[0]
@@ -299,7 +300,7 @@ def look_at_first(
             hint = peak_of(search, hint, found)
             row = search.cell[cell]
             bound = min(bound, highest_in_cell(walls, bench, row[0], row[1], row[2], row[3]))
-            if reach <= FINEST * radius or bound <= radius * (1.0 + EVEN) or explains(search, hint, cell):
+            if reach <= finest * radius or bound <= radius * (1.0 + EVEN) or explains(search, hint, cell):
                 remember(search, cell, bench)
                 explain(search, cell, hint)
                 return
@@ -365,7 +366,7 @@ def fill_freely(
         limits[2] -= 1.0
         best = search.radius[0] if size[READY] > 0 else 0.0
         if size[WAITING] > 0 and search.bound[0] > best * (1.0 + EVEN):
-            look_at_first(walls, tree, bench, search, least, best * (1.0 + EVEN))
+            look_at_first(walls, tree, bench, search, least, best * (1.0 + EVEN), FINEST)
             continue
         if size[READY] == 0:
             return EXHAUSTED

@@ -14,6 +14,7 @@ from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackgenError
 from packgen.filling.pack import PackResult
 from packgen.report import build_report
+from tests.arrange.void_filling.shapes import UNIT_CUBE, farthest_left, hollow
 
 CUBE = {"box": {"min": [0, 0, 0], "max": [1, 1, 1]}}
 FREE = {"name": "free", "radius_distribution": "free", "radius_min": 0.05}
@@ -58,6 +59,9 @@ def test_no_free_sphere_is_larger_than_the_largest_radius() -> None:
     assert radius.max() == 0.2
     assert np.count_nonzero(radius == 0.2) >= 8
     assert check_bed(result.bed).overlap_max == 0.0
+    full = filled(particle_sets=[FREE | {"radius_max": 0.2}]).bed
+    left = hollow(UNIT_CUBE, np.column_stack([full.position, full.radius]))
+    assert farthest_left(left, np.array([[0.0] * 3, [1.0] * 3]), 50_000) < 0.05
 
 
 def test_drawn_radii_are_kept_and_what_finds_no_place_is_reported() -> None:
