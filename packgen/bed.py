@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array, read_only
-from packgen.bodies import Bodies
+from packgen.bodies import Bodies, has_members
 from packgen.census import Census, count_spheres
 from packgen.errors import ExportError
 from packgen.geometry import (
@@ -197,6 +197,21 @@ class Bed(Head):
             value = getattr(self, name)
             if value is not None or name != "body_index":
                 object.__setattr__(self, name, read_only(value, dtype, shape, f"bed.{name}"))
+        self._check_bodies()
+
+    def _check_bodies(self) -> None:
+        """Refuse bodies that are not those of the spheres.
+
+        Raises:
+            ValueError: They are not.
+        """
+        if self.bodies is None:
+            return
+        if self.body_index is None or not has_members(self.bodies, self.body_index):
+            raise ValueError(
+                f"bed.bodies: {len(self.bodies)} bodies are not those of bed.body_index, expected a row a body, "
+                "whose spheres have consecutive rows, as many as its template"
+            )
 
     @classmethod
     def load(cls, path: Path | str) -> Bed:

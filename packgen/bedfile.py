@@ -12,6 +12,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array
 from packgen.bed import Bed
+from packgen.bodies import Bodies, bodies_of_arrays, body_arrays
 
 COLUMNS = ("position", "radius", "set_index", "zone_index", "batch_index")
 
@@ -21,7 +22,12 @@ def save_bed(bed: Bed, path: Path) -> None:
 
     Keys: ``position`` (N, 3) float64 [m]; ``radius`` (N,) float64 [m]; ``set_index``, ``zone_index``,
     ``batch_index`` (N,) int32; ``provenance``, JSON text; ``body_index`` (N,) int32, the body of each sphere,
-    only where spheres belong together in bodies: without it each sphere is its own.
+    only where spheres belong together in bodies: without it each sphere is its own. Where shape and place of
+    the bodies are known, with a row a body: ``body_position`` (M, 3) float64, the centre of mass [m];
+    ``body_orientation`` (M, 4) float64, a unit quaternion w, x, y, z; ``body_template`` (M,) int32, the place
+    in ``templates``, -1 of a single sphere; ``body_scale`` (M,) float64, the factor on the template's
+    lengths, of a single sphere its radius [m]; ``templates``, JSON text: name, spheres (x, y, z, r about the centre of
+    mass), volume, inertia and place of each.
 
     Args:
         bed: The bed.
@@ -40,6 +46,8 @@ def save_bed(bed: Bed, path: Path) -> None:
     }
     if bed.body_index is not None:
         arrays["body_index"] = bed.body_index
+    if bed.bodies is not None:
+        arrays |= body_arrays(bed.bodies)
     np.savez(path, **arrays)
 
 
@@ -54,6 +62,7 @@ class Columns:
         zone_index: Zone of each sphere, shape (N,), int32.
         batch_index: Batch of each sphere, shape (N,), int32.
         body_index: Body of each sphere, shape (N,), int32; None: each sphere is a body.
+        bodies: Shape, place and orientation of each body; None: not known.
     """
 
     position: Float64Array
@@ -62,6 +71,7 @@ class Columns:
     zone_index: Int32Array
     batch_index: Int32Array
     body_index: Int32Array | None = None
+    bodies: Bodies | None = None
 
 
 def load_columns(path: Path) -> Columns:
@@ -78,7 +88,7 @@ def load_columns(path: Path) -> Columns:
     """
     with np.load(path) as stored:
         columns = {name: stored[name] for name in COLUMNS}
-        return Columns(**columns, body_index=stored.get("body_index"))
+        return Columns(**columns, body_index=stored.get("body_index"), bodies=bodies_of_arrays(stored))
 
 
 def plain(value: Any) -> Any:

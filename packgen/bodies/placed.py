@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.bodies.columns import body_starts
 from packgen.bodies.template import Template
 
-__all__ = ["SINGLE", "Bodies", "members_of", "rotations"]
+__all__ = ["SINGLE", "Bodies", "has_members", "members_of", "rotations"]
 
 SINGLE = -1
 """Number in ``template_index`` of a body that is one sphere: its scale is its radius."""
@@ -58,6 +59,16 @@ class Bodies:
             self.orientation[chosen],
         )
 
+    def scaled(self, factor: float) -> Bodies:
+        """Return the bodies with all lengths multiplied by a factor, places included."""
+        return Bodies(
+            self.templates,
+            self.template_index,
+            factor * self.scale,
+            factor * self.position,
+            self.orientation,
+        )
+
     @property
     def sphere_count(self) -> Int64Array:
         """Number of spheres of each body, shape (M,), int64."""
@@ -81,6 +92,14 @@ class Bodies:
         units = np.array([*(each.inertia for each in self.templates), ball])[self.template_index]
         turn = rotations(self.orientation)
         return np.asarray(turn @ units @ turn.transpose(0, 2, 1) * self.scale[:, None, None] ** 5)
+
+
+def has_members(bodies: Bodies, body_index: Int32Array) -> bool:
+    """Return whether each body has as many spheres as its template, by the row of each sphere's body (N,)."""
+    if len(body_index) and not (body_index.min() >= 0 and body_index.max() < len(bodies)):
+        return False
+    found = np.bincount(body_index, minlength=len(bodies))
+    return bool((found == bodies.sphere_count).all()) and len(body_starts(body_index)) == len(bodies)
 
 
 def rotations(orientation: Float64Array) -> Float64Array:
