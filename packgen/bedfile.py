@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +26,8 @@ def save_bed(bed: Bed, path: Path) -> None:
     the bodies are known, with a row a body: ``body_position`` (M, 3) float64, the centre of mass [m];
     ``body_orientation`` (M, 4) float64, a unit quaternion w, x, y, z; ``body_template`` (M,) int32, the place
     in ``templates``, -1 of a single sphere; ``body_scale`` (M,) float64, the factor on the template's
-    lengths, of a single sphere its radius [m]; ``templates``, JSON text: name, spheres (x, y, z, r about the centre of
-    mass), volume, inertia and place of each.
+    lengths, of a single sphere its radius [m]; ``templates``, JSON text: name, spheres (x, y, z, r about the
+    centre of mass), volume, inertia and place of each.
 
     Args:
         bed: The bed.
@@ -71,7 +71,7 @@ class Columns:
     zone_index: Int32Array
     batch_index: Int32Array
     body_index: Int32Array | None = None
-    bodies: Bodies | None = None
+    bodies: Bodies | None = field(default=None, kw_only=True)
 
 
 def load_columns(path: Path) -> Columns:

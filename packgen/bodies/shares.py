@@ -2,8 +2,8 @@
 
 Overlaps make the spheres' own masses add up to more than the body's, and put their centre elsewhere; gravity
 on them would pull too hard, and turn the body. The shares are the spheres' volumes times exp(l x), x the
-place in the body's frame, with the l that puts the centre where the body has it: of all shares with that centre
-those nearest to the volumes, by relative entropy. They are positive.
+place in the body's frame, with the l that puts the centre where the body has it: of all shares with that
+centre those nearest to the volumes, by relative entropy. They are positive.
 """
 
 from __future__ import annotations
