@@ -1,11 +1,14 @@
 """Bodies: spheres that belong together, and the rigid bodies that they stand for."""
 
 from packgen.bodies.columns import are_in_rows, body_starts, joined_bodies, touched_bodies, whole_bodies
+from packgen.bodies.draw import Form, drawn_bodies, random_turns
+from packgen.bodies.extent import fits_within, sieve_size
 from packgen.bodies.mass import MassProperties
-from packgen.bodies.placed import SINGLE, Bodies, members_of, rotations
-from packgen.bodies.template import Template
+from packgen.bodies.placed import SINGLE, Bodies, joined_rows, members_of, rotations
+from packgen.bodies.template import Template, is_sphere
 
 __all__ = [
-    "SINGLE", "Bodies", "MassProperties", "Template", "are_in_rows", "body_starts", "joined_bodies",
-    "members_of", "rotations", "touched_bodies", "whole_bodies",
+    "SINGLE", "Bodies", "Form", "MassProperties", "Template", "are_in_rows", "body_starts", "drawn_bodies",
+    "fits_within", "is_sphere", "joined_bodies", "joined_rows", "members_of", "random_turns", "rotations",
+    "sieve_size", "touched_bodies", "whole_bodies",
 ]  # fmt: skip
