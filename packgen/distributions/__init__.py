@@ -7,8 +7,9 @@ from packgen.distributions.base import UNIT_VOLUME, Distribution, ParameterError
 from packgen.distributions.by_mass import RosinRammler, Sieve
 from packgen.distributions.by_number import Constant, Lognormal, Normal, Uniform
 from packgen.distributions.listed import Discrete, Listed
+from packgen.distributions.scaled import scaled
 
 __all__ = [
     "UNIT_VOLUME", "Constant", "Discrete", "Distribution", "Listed", "Lognormal", "Normal", "ParameterError",
-    "RosinRammler", "Sieve", "Uniform",
+    "RosinRammler", "Sieve", "Uniform", "scaled",
 ]  # fmt: skip

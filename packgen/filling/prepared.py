@@ -75,6 +75,8 @@ class Prepared:
         seeds = [first, *first.spawn(len(scene.zones) - 1)]
         before = no_spheres() if self.earlier is None else self.earlier.spheres
         loose_count = len(before) if self.earlier is not None and self.earlier.loose else 0
+        forms = tuple(each.form for each in scene.particle_sets)
+        forms = forms if any(form is not None for form in forms) else ()
         zones = []
         for index, zone in enumerate(scene.zones):
             supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
@@ -82,7 +84,7 @@ class Prepared:
             zones.append(
                 ZoneTask(
                     index, mark, self.locations[index], supply, friction, seeds[index], self.setting,
-                    gap_of(zone), core_fraction, loose_count,
+                    gap_of(zone), core_fraction, loose_count, forms,
                 )
             )  # fmt: skip
         widest = max(float(each.gap.half(np.array(each.supply.radius_max))) for each in zones)
