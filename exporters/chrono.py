@@ -20,8 +20,8 @@ import numpy as np
 
 from exporters.shared import deck, table
 from exporters.shared.clumps import body_density, template_label
-from packgen.arrays import Float64Array, Int64Array, unique_rows
-from packgen.bed import SINGLE, Bed, Bodies, has_clumps, rotations
+from packgen.arrays import Float64Array, unique_rows
+from packgen.bed import SINGLE, Bed, Bodies, has_clumps, quaternions, rotations
 from packgen.errors import ExportError
 
 NAME = "chrono"
@@ -60,7 +60,7 @@ def _write_clumps(bed: Bed, bodies: Bodies, folder: Path) -> list[Path]:
     turn = rotations(bodies.orientation) @ np.array([axes for _, axes in frames])[bodies.template_index]
     names = np.array([f"{_label(bodies, place)}_{number}" for number, place in enumerate(first.tolist())])
     head = "X,Y,Z,Qw,Qx,Qy,Qz,clump_type\n"
-    columns = [*bodies.position.T, *_quaternions(turn).T, names[kind]]
+    columns = [*bodies.position.T, *quaternions(turn).T, names[kind]]
     paths = [table.write_rows(folder / "bed.csv", columns, head=head, separator=",")]
     (folder / "clumps").mkdir(exist_ok=True)
     for name, place in zip(names, first.tolist(), strict=True):
@@ -93,24 +93,3 @@ def _spheres(bodies: Bodies, place: int, axes: Float64Array) -> Float64Array:
         return np.array([[0.0, 0.0, 0.0, bodies.scale[place]]])
     spheres = bodies.templates[number].spheres
     return np.asarray(bodies.scale[place] * np.column_stack([spheres[:, :3] @ axes, spheres[:, 3]]))
-
-
-def _quaternions(turn: Float64Array) -> Float64Array:
-    """Return the unit quaternions w, x, y, z of rotation matrices (M, 3, 3), w not below 0, shape (M, 4).
-
-    The products of a quaternion's components are sums of entries of the matrix; the row of the largest one is
-    the quaternion, times it.
-    """
-    t = turn
-    trace = np.trace(t, axis1=1, axis2=2)
-    product = np.empty((len(t), 4, 4))
-    product[:, 0, 0] = 1.0 + trace
-    for a in range(3):
-        b, c = (a + 1) % 3, (a + 2) % 3
-        product[:, a + 1, a + 1] = 1.0 + 2.0 * t[:, a, a] - trace
-        product[:, 0, a + 1] = product[:, a + 1, 0] = t[:, c, b] - t[:, b, c]
-        product[:, b + 1, c + 1] = product[:, c + 1, b + 1] = t[:, c, b] + t[:, b, c]
-    largest: Int64Array = np.einsum("mii->mi", product).argmax(axis=1)
-    found = product[np.arange(len(t)), largest]
-    found /= np.linalg.norm(found, axis=1, keepdims=True)
-    return np.asarray(np.where(found[:, :1] < 0.0, -found, found))

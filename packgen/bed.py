@@ -14,7 +14,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array, read_only
-from packgen.bodies import SINGLE, Bodies, Template, UnbalancedError, has_members, rotations, sphere_shares
+from packgen.bodies import (
+    SINGLE,
+    Bodies,
+    Template,
+    UnbalancedError,
+    has_members,
+    quaternions,
+    rotations,
+    sphere_shares,
+)
 from packgen.census import Census, count_spheres
 from packgen.errors import ExportError
 from packgen.geometry import (
@@ -33,8 +42,8 @@ from packgen.geometry import (
 __all__ = [
     "SINGLE", "AnyBed", "Ball", "Bed", "Bodies", "Box", "Census", "Cone", "Container", "EarlierBed", "Head",
     "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape", "Surface", "Template", "UnbalancedError",
-    "has_clumps", "is_askew", "numbered", "pair_coefficient", "rotations", "sphere_shares", "with_images",
-    "with_owned_images",
+    "has_clumps", "is_askew", "numbered", "pair_coefficient", "quaternions", "rotations", "sphere_shares",
+    "with_images", "with_owned_images",
 ]  # fmt: skip
 
 UNKNOWN = "not known"  # what the provenance of a bed from elsewhere says of its walls
