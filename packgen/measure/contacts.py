@@ -74,7 +74,8 @@ def contacts_and_gaps(
 ) -> tuple[tuple[Contacts, ...], Gaps]:
     """Return the contacts a sphere, and the gaps of all near pairs: both from one search.
 
-    Spheres of one body are neither in contact nor a near pair.
+    Spheres of one body are neither in contact nor a near pair. Of a bed with clumps the contacts are those a
+    clump, as `packgen.measure.bodies.body_contacts` has them.
 
     Args:
         bed: The bed.
