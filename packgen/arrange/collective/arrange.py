@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from packgen.arrange.collective.clump_plan import clump_plan, clump_recipe, slenderness
+from packgen.arrange.collective.clump_plan import clump_plan, slenderness
 from packgen.arrange.collective.clumps import fill_with_clumps
 from packgen.arrange.collective.compaction import compaction_of
 from packgen.arrange.collective.layers import fill_in_layers
@@ -20,6 +20,7 @@ from packgen.arrange.collective.tiles.refusals import check_divisible, check_til
 from packgen.arrange.crew import Crew
 from packgen.arrange.pile import Pile
 from packgen.arrange.projection.recipe import Recipe
+from packgen.arrange.rigid.recipe import RigidRecipe
 from packgen.arrange.space.region import Region, make_region
 from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrange.task import Filled, Listener, Progress, Sink, Task, ZoneTask
@@ -130,7 +131,7 @@ def _fill_with_clumps(
     )  # fmt: skip
     open_zone = OpenZone(zone.index, region, supply, Pile(earlier), rng, setting.device)
     tell = _report(listener, len(earlier), supply.asked, region)
-    recipe = clump_recipe(zone.friction, setting.settings.tolerance)
+    recipe = RigidRecipe.of_bodies(zone.friction, setting.settings.tolerance)
     batch = fill_with_clumps(open_zone, zone.forms, recipe, clump_plan(slender), tell)
     spheres = open_zone.pile.all()
     return Filled(spheres[spheres.zone_index == zone.index], supply, batch)

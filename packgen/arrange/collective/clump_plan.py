@@ -1,27 +1,10 @@
-"""How layers of bodies come, and the constants by which they come to rest."""
+"""How thick the layers of bodies are."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from packgen.arrange.collective.plan import LayerPlan
-from packgen.arrange.projection.recipe import Recipe
 from packgen.arrays import Float64Array
 from packgen.bodies import Form
-
-TOLERANCE = 1.0e-6
-"""Largest overlap where none is asked for: bodies are parted in any case."""
-
-
-def clump_recipe(friction: float, tolerance: float | None) -> Recipe:
-    """Return the recipe of a bed about as dense as gravity would make it of bodies of some friction.
-
-    Args:
-        friction: Coefficient of sliding friction of body on body.
-        tolerance: Largest overlap of the true spheres, as a fraction of the smaller radius; None: any.
-    """
-    usual = Recipe(tolerance=TOLERANCE if tolerance is None else tolerance)
-    return replace(usual, friction=friction, stride=0.3, sink_first=0.03)
 
 
 def clump_plan(slender: float) -> LayerPlan:

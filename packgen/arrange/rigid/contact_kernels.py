@@ -5,45 +5,22 @@ based dynamics, Comput. Graph. Forum 39 (2020) 101): an impulse p at a point wit
 mass moves a body by p / m and turns it by I^-1 (a x p). Contacts come one after the other, and each sees what
 the ones before have done: many spheres of two bodies may touch at once, and no push counts twice.
 
-Vectors are tuples of three numbers, which the compiler keeps in registers. Body -1 is a
-wall or a fixed sphere.
+Vectors are tuples of three numbers, which the compiler keeps in registers, and arrays come one by one: taken
+out of a tuple for each pair they would have to be counted each time. What stays has a body of its own, the
+last one, whose mass has no end.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.projection.push_kernels import parting
-from packgen.arrange.rigid.state import RigidState
 from packgen.compiled import inlined
 
 Vector = tuple[float, float, float]
-
-STILL: Vector = (0.0, 0.0, 0.0)
-
-
-class Work(NamedTuple):
-    """Work space of a sweep over B bodies.
-
-    Attributes:
-        slack: Inverse tensors of inertia in the bed's axes, xx yy zz xy xz yz, shape (B, 6), float64.
-        shift: How far pushes have moved each body in this sweep [m], shape (B, 3), float64.
-        swing: How far they have turned it [rad], shape (B, 3), float64.
-    """
-
-    slack: NDArray[np.float64]
-    shift: NDArray[np.float64]
-    swing: NDArray[np.float64]
-
-
-@inlined
-def new_work(count: int) -> Work:
-    """Return work space for so many bodies."""
-    return Work(np.zeros((count, 6)), np.zeros((count, 3)), np.zeros((count, 3)))
 
 
 @inlined
@@ -75,37 +52,50 @@ def times(tensor: NDArray[np.float64], b: int, v: Vector) -> Vector:
 
 
 @inlined
-def give(b: int, arm: Vector, n: Vector, state: RigidState, work: Work) -> float:
-    """Return how far a body's point at an arm gives way along n to a unit impulse there; of body -1 0."""
-    way = 0.0
-    if b >= 0:
-        lever = cross(arm, n)
-        way = state.lightness[b] + dot(lever, times(work.slack, b, lever))
-    return way
+def give(b: np.uint64, arm: Vector, n: Vector, slack: NDArray[np.float64]) -> float:
+    """Return how far a body's point at an arm gives way along n to a unit impulse there.
+
+    Args:
+        b: The body.
+        arm: From its centre of mass [m].
+        n: Unit vector.
+        slack: Inverse tensors of inertia, xx yy zz xy xz yz, and one over the mass, shape (B + 1, 7).
+    """
+    lever = cross(arm, n)
+    return slack[b, 6] + dot(lever, times(slack, b, lever))
 
 
 @inlined
-def push_body(b: int, arm: Vector, impulse: Vector, state: RigidState, work: Work) -> None:
-    """Move and turn a body by an impulse at an arm; body -1 stays."""
-    if b >= 0:
-        turn = times(work.slack, b, cross(arm, impulse))
-        for axis in range(3):
-            work.shift[b, axis] += state.lightness[b] * impulse[axis]
-            work.swing[b, axis] += turn[axis]
+def push_body(
+    b: np.uint64, arm: Vector, p: Vector, slack: NDArray[np.float64], push: NDArray[np.float64]
+) -> None:
+    """Move and turn a body by an impulse p at an arm.
+
+    Args:
+        b: The body.
+        arm: From its centre of mass [m].
+        p: The impulse.
+        slack: See ``give``.
+        push: How far each body has been moved [m] and turned [rad] in this sweep, shape (B + 1, 6); changes.
+    """
+    turn = times(slack, b, cross(arm, p))
+    push[b, 0] += slack[b, 6] * p[0]
+    push[b, 1] += slack[b, 6] * p[1]
+    push[b, 2] += slack[b, 6] * p[2]
+    push[b, 3] += turn[0]
+    push[b, 4] += turn[1]
+    push[b, 5] += turn[2]
 
 
 @inlined
-def drift(b: int, arm: Vector, shift: NDArray[np.float64], swing: NDArray[np.float64]) -> Vector:
-    """Return how far a body's point at an arm has come by a shift and a small turn; of body -1 0."""
-    way = STILL
-    if b >= 0:
-        turn = cross((swing[b, 0], swing[b, 1], swing[b, 2]), arm)
-        way = (shift[b, 0] + turn[0], shift[b, 1] + turn[1], shift[b, 2] + turn[2])
-    return way
+def drift(b: np.uint64, arm: Vector, motion: NDArray[np.float64]) -> Vector:
+    """Return how far a body's point at an arm has come by a motion, a shift [m] and a small turn [rad]."""
+    turn = cross((motion[b, 3], motion[b, 4], motion[b, 5]), arm)
+    return motion[b, 0] + turn[0], motion[b, 1] + turn[1], motion[b, 2] + turn[2]
 
 
 @inlined
-def normal_of(i: int, j: int, d: Vector, reach: float) -> tuple[Vector, float]:
+def normal_of(i: np.uint64, j: np.uint64, d: Vector, reach: float) -> tuple[Vector, float]:
     """Return the unit vector along d, and its length; of coincident centres one by the spheres' numbers."""
     distance = math.sqrt(dot(d, d))
     length = distance
@@ -116,20 +106,14 @@ def normal_of(i: int, j: int, d: Vector, reach: float) -> tuple[Vector, float]:
 
 
 @inlined
-def way_of(b: int, arm: Vector, state: RigidState, work: Work) -> Vector:
-    """Return how far a body's point at an arm has come in this sweep."""
-    before = drift(b, arm, state.moved, state.turned)
-    return along(before, 1.0, drift(b, arm, work.shift, work.swing))
-
-
-@inlined
 def rub(
-    bodies: tuple[int, int],
+    bodies: tuple[np.uint64, np.uint64],
     arms: tuple[Vector, Vector],
     n: Vector,
     most: float,
-    state: RigidState,
-    work: Work,
+    slack: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    push: NDArray[np.float64],
 ) -> None:
     """Take from the sliding of a contact what its friction holds.
 
@@ -138,50 +122,70 @@ def rub(
         arms: From the centre of each to the contact [m].
         n: Unit normal.
         most: Largest impulse, by Coulomb's law.
-        state: The layer.
-        work: The sweep's; ``shift`` and ``swing`` change.
+        slack: See ``give``.
+        motion: How far each body came in this sweep before it was pushed, shape (B + 1, 6).
+        push: See ``push_body``; changes.
     """
-    (a, b), (arm, other) = bodies, arms
-    sliding = along(way_of(a, arm, state, work), -1.0, way_of(b, other, state, work))
+    a, b = bodies
+    arm, other = arms
+    sliding = along(drift(a, arm, motion), 1.0, drift(a, arm, push))
+    sliding = along(along(sliding, -1.0, drift(b, other, motion)), -1.0, drift(b, other, push))
     sliding = along(sliding, -dot(sliding, n), n)
     length = math.sqrt(dot(sliding, sliding))
-    if length > 1e-14 * state.reference:
+    if length > 0.0:
         t = (sliding[0] / length, sliding[1] / length, sliding[2] / length)
-        held = min(length / (give(a, arm, t, state, work) + give(b, other, t, state, work)), most)
-        push_body(a, arm, along(STILL, -held, t), state, work)
-        push_body(b, other, along(STILL, held, t), state, work)
+        held = min(length / (give(a, arm, t, slack) + give(b, other, t, slack)), most)
+        push_body(a, arm, (-held * t[0], -held * t[1], -held * t[2]), slack, push)
+        push_body(b, other, (held * t[0], held * t[1], held * t[2]), slack, push)
 
 
 @inlined
-def part(i: int, j: int, offset: Vector, friction: float, state: RigidState, work: Work) -> float:
+def part(
+    i: np.uint64,
+    j: np.uint64,
+    offset: Vector,
+    friction: float,
+    ball: NDArray[np.float64],
+    arms: NDArray[np.float64],
+    owner: NDArray[np.int64],
+    slack: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    push: NDArray[np.float64],
+) -> float:
     """Part two spheres of two bodies where they overlap.
 
     Args:
-        i: One sphere, whose body moves.
+        i: One sphere.
         j: The other one.
         offset: What takes the other one to its image near the first [m].
         friction: Coefficient of friction.
-        state: The layer.
-        work: The sweep's; ``shift`` and ``swing`` change.
+        ball: Centres and radii before pushes [m], shape (N, 4).
+        arms: From the centres of the bodies to the spheres [m], shape (N, 3).
+        owner: Body of each sphere, shape (N,).
+        slack: See ``give``.
+        motion: See ``rub``.
+        push: See ``push_body``; changes.
 
     Returns:
         The overlap that was found, over the smaller radius; 0: they are apart.
     """
-    ball, a, b = state.ball, state.owner[i], state.owner[j]
-    arm, other = (state.arm[i, 0], state.arm[i, 1], state.arm[i, 2]), STILL
-    if b >= 0:
-        other = (state.arm[j, 0], state.arm[j, 1], state.arm[j, 2])
-    here = along(drift(a, arm, work.shift, work.swing), 1.0, (ball[i, 0], ball[i, 1], ball[i, 2]))
-    there = along(drift(b, other, work.shift, work.swing), 1.0, (ball[j, 0], ball[j, 1], ball[j, 2]))
-    d = along(along(here, -1.0, there), -1.0, offset)
-    reach, found = ball[i, 3] + ball[j, 3], 0.0
+    a, b = np.uint64(owner[i]), np.uint64(owner[j])
+    arm, other = (arms[i, 0], arms[i, 1], arms[i, 2]), (arms[j, 0], arms[j, 1], arms[j, 2])
+    here, there = drift(a, arm, push), drift(b, other, push)
+    d = (
+        ball[i, 0] + here[0] - (ball[j, 0] + there[0] + offset[0]),
+        ball[i, 1] + here[1] - (ball[j, 1] + there[1] + offset[1]),
+        ball[i, 2] + here[2] - (ball[j, 2] + there[2] + offset[2]),
+    )
+    one, two = ball[i, 3], ball[j, 3]
+    reach, found = one + two, 0.0
     if dot(d, d) < reach * reach:
         n, distance = normal_of(i, j, d, reach)
-        push = (reach - distance) / (give(a, arm, n, state, work) + give(b, other, n, state, work))
-        push_body(a, arm, along(STILL, push, n), state, work)
-        push_body(b, other, along(STILL, -push, n), state, work)
+        p = (reach - distance) / (give(a, arm, n, slack) + give(b, other, n, slack))
+        push_body(a, arm, (p * n[0], p * n[1], p * n[2]), slack, push)
+        push_body(b, other, (-p * n[0], -p * n[1], -p * n[2]), slack, push)
         if friction > 0.0:
-            arms = (along(arm, -ball[i, 3], n), along(other, ball[j, 3], n))
-            rub((a, b), arms, n, friction * push, state, work)
-        found = (reach - distance) / min(ball[i, 3], ball[j, 3])
+            touch = (along(arm, -one, n), along(other, two, n))
+            rub((a, b), touch, n, friction * p, slack, motion, push)
+        found = (reach - distance) / min(one, two)
     return found

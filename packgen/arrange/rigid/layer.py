@@ -55,12 +55,14 @@ def state_of(bodies: Bodies, fixed: Float64Array, enlarged: float) -> RigidState
     ball[moving:] = fixed
     ball[:moving, 3] = radius
     ball[:, 3] *= enlarged
-    owner = np.full(len(ball), -1, np.int64)
+    owner = np.full(len(ball), count, np.int64)
     owner[:moving] = np.repeat(np.arange(count), np.diff(first))
+    slack = np.zeros((count + 1, 7))
+    slack[:count, 6] = cube(reference / size)
     state = RigidState(
-        bodies.position.copy(), bodies.orientation.copy(), np.zeros((count, 3)), np.zeros((count, 3)),
-        cube(reference / size), _slackness(bodies, reference), size, bodies.reach, first, local, owner,
-        ball, np.empty((moving, 3)), reference,
+        bodies.position.copy(), bodies.orientation.copy(), np.zeros((count + 1, 6)),
+        _slackness(bodies, reference), slack, size, bodies.reach, first, local, owner, ball,
+        np.zeros((len(ball), 3)), reference,
     )  # fmt: skip
     place_members(state)
     return state
@@ -81,7 +83,7 @@ def _slackness(bodies: Bodies, reference: float) -> Float64Array:
 
 
 def _inverse(tensor: Float64Array) -> Float64Array:
-    """Return the inverse of a symmetric tensor (3, 3), by its cofactors: the same digits everywhere."""
+    """Return the inverse of a symmetric tensor (3, 3), by its cofactors: alike on all machines."""
     a, b, c, d, e, f = (float(tensor[i, j]) for i, j in PARTS)
     xx, yy, zz = b * c - f * f, a * c - e * e, a * b - d * d
     xy, xz, yz = e * f - d * c, d * f - e * b, d * e - a * f

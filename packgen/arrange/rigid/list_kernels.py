@@ -22,32 +22,33 @@ from packgen.compiled import inlined, inner_loop
 @inner_loop
 def wrap_bodies(state: RigidState, seams: Seams) -> None:
     """Move bodies by whole periods until their centres are in the box; their spheres go with them."""
-    for b in range(len(state.centre)):
+    centre, (low, period) = state.centre, seams
+    for b in range(len(centre)):
         for axis in range(3):
-            state.centre[b, axis] = wrapped_coordinate(
-                state.centre[b, axis], seams.low[axis], seams.period[axis]
-            )
+            centre[b, axis] = wrapped_coordinate(centre[b, axis], low[axis], period[axis])
     place_members(state)
 
 
 @inner_loop
 def wrapped_spheres(state: RigidState, seams: Seams):  # type: ignore[no-untyped-def]
     """Return all spheres moved into the box, (N + F, 4), and what takes them back [m], (N + F, 3)."""
-    ball, back = state.ball.copy(), np.zeros((len(state.ball), 3))
+    own, (low, period) = state.ball, seams
+    ball, back = own.copy(), np.zeros((len(own), 3))
     for i in range(len(ball)):
         for axis in range(3):
-            ball[i, axis] = wrapped_coordinate(ball[i, axis], seams.low[axis], seams.period[axis])
-            back[i, axis] = state.ball[i, axis] - ball[i, axis]
+            ball[i, axis] = wrapped_coordinate(own[i, axis], low[axis], period[axis])
+            back[i, axis] = own[i, axis] - ball[i, axis]
     return ball, back
 
 
 @inner_loop
 def margins(state: RigidState, skin: float) -> NDArray[np.float64]:
     """Return how far each sphere may move while the lists hold [m], shape (N,); see ``list_reach``."""
-    margin = np.empty(len(state.arm))
-    for b in range(len(state.centre)):
-        for i in range(state.first[b], state.first[b + 1]):
-            margin[i] = 0.5 * skin * math.sqrt(state.reference * state.size[b])
+    margin, first, size = np.empty(len(state.local)), state.first, state.size
+    for b in range(len(size)):
+        own = 0.5 * skin * math.sqrt(state.reference * size[b])
+        for i in range(first[b], first[b + 1]):
+            margin[i] = own
     return margin
 
 
@@ -89,7 +90,7 @@ def across_seams(  # type: ignore[no-untyped-def]
 @inner_loop
 def rebuilt(state: RigidState, lists: RigidLists, walls: WallTable, skin: float):  # type: ignore[no-untyped-def]
     """Return the lists made anew; where space wraps around bodies are moved into the box first."""
-    moving, seams = len(state.arm), walls.seams
+    moving, seams = len(state.local), walls.seams
     periodic = is_periodic(seams.period)
     ball, back = state.ball, np.zeros((0, 3))
     if periodic:
@@ -108,11 +109,11 @@ def rebuilt(state: RigidState, lists: RigidLists, walls: WallTable, skin: float)
         near = Pairs(owner, neighbor)
         first, second, offset = across_seams(state, back, near, SeamPairs(first, second, offset))
         seam = SeamPairs(first, second, offset)
-    count = 0
+    count, body = 0, state.owner
     for k in range(len(owner)):
         i, j = owner[k], neighbor[k]
         owner[count], neighbor[count] = i, j
-        apart = state.owner[i] != state.owner[j]
+        apart = body[i] != body[j]
         count += apart and not (periodic and not are_beside(back, i, j))
     pairs = Pairs(owner[:count].copy(), neighbor[:count].copy())
     anchor = state.ball[:moving].copy()

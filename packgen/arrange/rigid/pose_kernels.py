@@ -27,13 +27,12 @@ def turned_vector(turn: NDArray[np.float64], b: int, u: tuple[float, float, floa
 def place_members(state: RigidState) -> None:
     """Write the centres of the spheres that move, and their arms, by the places of their bodies."""
     first, local, ball, arm = state.first, state.local, state.ball, state.arm
+    centre, turn = state.centre, state.turn
     for b in range(len(first) - 1):
         for i in range(first[b], first[b + 1]):
-            ax, ay, az = turned_vector(state.turn, b, (local[i, 0], local[i, 1], local[i, 2]))
+            ax, ay, az = turned_vector(turn, b, (local[i, 0], local[i, 1], local[i, 2]))
             arm[i, 0], arm[i, 1], arm[i, 2] = ax, ay, az
-            ball[i, 0] = state.centre[b, 0] + ax
-            ball[i, 1] = state.centre[b, 1] + ay
-            ball[i, 2] = state.centre[b, 2] + az
+            ball[i, 0], ball[i, 1], ball[i, 2] = centre[b, 0] + ax, centre[b, 1] + ay, centre[b, 2] + az
 
 
 @inlined

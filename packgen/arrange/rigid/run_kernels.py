@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.projection.recipe import Schedule
-from packgen.arrange.rigid.contact_kernels import new_work
 from packgen.arrange.rigid.list_kernels import rebuilt
 from packgen.arrange.rigid.pose_kernels import place_members
 from packgen.arrange.rigid.state import Pace, RigidLists, RigidState
@@ -48,7 +47,7 @@ def run_sweeps(  # type: ignore[no-untyped-def]
         (lists, see ``plain``; how many sweeps were run; how often the lists were made anew; whether the layer
         is to be looked at).
     """
-    work = new_work(len(state.centre))
+    push = np.zeros((len(state.centre) + 1, 6))
     number, rebuilds, looking = 0, 0, False
     void = fresh
     while number < len(schedule.fall) and not looking:
@@ -60,12 +59,12 @@ def run_sweeps(  # type: ignore[no-untyped-def]
         place_members(state)
         if not void:
             strays = strays_of(state, lists, schedule.far[number])
-            void = strays > schedule.strays[number] * len(state.arm)
+            void = strays > schedule.strays[number] * len(state.local)
         if void:
             lists = rebuilt(state, lists, walls, schedule.skin[number])
             rebuilds += 1
             void = False
-        worst = sweep(state, lists, walls.features, pace, work)
+        worst = sweep(state, lists, walls.features, pace, push)
         calm = not schedule.sinking[number] and not worst > schedule.calm
         looking = calm or schedule.limit[number] < math.inf
         number += 1
@@ -113,7 +112,7 @@ def blame(  # type: ignore[no-untyped-def]
             worst = max(worst, depth)
             b = to_blame(state, height, first[k], second[k])
             blamed[b] = max(blamed[b], depth)
-    for i in range(len(state.arm)):
+    for i in range(len(state.local)):
         depth = depth_in_walls(state.ball, i, lists, features, scale)
         worst = max(worst, depth)
         blamed[state.owner[i]] = max(blamed[state.owner[i]], depth)
@@ -142,10 +141,11 @@ def to_blame(state: RigidState, height: NDArray[np.float64], i: int, j: int) -> 
     """Return which of the bodies of two spheres has to go: it moves, is the smaller, else the higher."""
     a, b = state.owner[i], state.owner[j]
     blamed = a
-    if a < 0 or (b >= 0 and (state.size[b] < 0.6 * state.size[a] or height[b] > height[a])):
+    fixed = len(height)
+    if a == fixed:
         blamed = b
-    if a >= 0 and b >= 0 and state.size[a] < 0.6 * state.size[b]:
-        blamed = a
+    elif b != fixed and not state.size[a] < 0.6 * state.size[b]:
+        blamed = b if state.size[b] < 0.6 * state.size[a] or height[b] > height[a] else a
     return int(blamed)
 
 

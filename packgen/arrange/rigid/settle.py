@@ -76,11 +76,11 @@ def _relaxed(
 ) -> tuple[Bodies, Int64Array]:
     """Return the bodies that found a place, and their rows among those given."""
     state = state_of(bodies, fixed, 1.0 + recipe.gap)
-    stats.moving += len(state.arm)
+    stats.moving += state.moving
     left = np.arange(len(bodies))
     lists, fresh, number, done = no_lists(), True, 0, False
     while not done:
-        schedule = recipe.schedule(number, sink=True, most=max(STEPS_MAX // len(state.arm), 1))
+        schedule = recipe.schedule(number, sink=True, most=max(STEPS_MAX // state.moving, 1))
         found, sweeps, rebuilds, looking = run_sweeps(state, lists, walls, down, schedule, fresh)
         lists, fresh = _named(found), False
         number += sweeps
@@ -112,16 +112,17 @@ def _without(
     state: RigidState, bodies: Bodies, left: Int64Array, out: BoolArray
 ) -> tuple[RigidState, Bodies, Int64Array]:
     """Return a layer without some of its bodies, the others as they were, moving as they did."""
-    moving, count = len(state.arm), np.diff(state.first)
+    count = np.diff(state.first)
     stays = np.repeat(~out, count)
-    kept = np.concatenate([stays, np.ones(len(state.ball) - moving, bool)])
+    kept = np.concatenate([stays, np.ones(len(state.ball) - state.moving, bool)])
+    rows = np.append(~out, True)
     first = np.concatenate([[0], np.cumsum(count[~out])])
-    owner = np.full(int(kept.sum()), -1, np.int64)
+    owner = np.full(int(kept.sum()), len(first) - 1, np.int64)
     owner[: first[-1]] = np.repeat(np.arange(len(first) - 1), np.diff(first))
     rest = RigidState(
-        state.centre[~out], state.turn[~out], state.moved[~out], state.turned[~out], state.lightness[~out],
-        state.slackness[~out], state.size[~out], state.extent[~out], first, state.local[stays], owner,
-        state.ball[kept], state.arm[stays], state.reference,
+        state.centre[~out], state.turn[~out], state.motion[rows], state.slackness[~out], state.slack[rows],
+        state.size[~out], state.extent[~out], first, state.local[stays], owner, state.ball[kept],
+        state.arm[kept], state.reference,
     )  # fmt: skip
     return rest, bodies[~out], left[~out]
 

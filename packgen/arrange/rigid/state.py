@@ -19,28 +19,26 @@ class RigidState(NamedTuple):
     Attributes:
         centre: Centres of mass [m], shape (B, 3), float64.
         turn: Unit quaternions w, x, y, z, shape (B, 4), float64.
-        moved: How far each came in the last sweep [m], shape (B, 3), float64.
-        turned: How far each turned in it [rad], shape (B, 3), float64.
-        lightness: One over the mass of each, that of a sphere of radius `reference` being 1, shape (B,),
-            float64.
-        slackness: Inverse of the tensor of inertia in the template's frame, xx yy zz xy xz yz [1 / m2], the
-            masses as in ``lightness``, shape (B, 6), float64.
+        motion: How far each came [m] and turned [rad] in the last sweep, shape (B + 1, 6), float64; 0 of the
+            last row, which stands for all that stays.
+        slackness: Inverse of the tensor of inertia in the template's frame, xx yy zz xy xz yz [1 / m2], a
+            sphere of radius `reference` having mass 1, shape (B, 6), float64.
+        slack: The same in the bed's axes, and one over the mass; 0 of what stays, shape (B + 1, 7), float64.
         size: Radius of the sphere of each body's volume [m], shape (B,), float64.
         extent: Radius of the sphere about the centre of mass that holds the body [m], shape (B,), float64.
         first: First sphere of each body, and the end of all, shape (B + 1,), int64.
         local: Centres of the spheres in the template's frame [m], shape (N, 3), float64.
-        owner: Body of each sphere, shape (N + F,), int64; -1 of a fixed one.
+        owner: Body of each sphere, shape (N + F,), int64; B of a fixed one.
         ball: Centres and arranged radii of all spheres, those that move first [m], shape (N + F, 4), float64.
-        arm: From the centre of its body to each sphere that moves [m], shape (N, 3), float64.
+        arm: From the centre of its body to each sphere [m], shape (N + F, 3), float64; 0 of a fixed one.
         reference: Mean radius of the spheres of the bodies' volumes [m].
     """
 
     centre: NDArray[np.float64]
     turn: NDArray[np.float64]
-    moved: NDArray[np.float64]
-    turned: NDArray[np.float64]
-    lightness: NDArray[np.float64]
+    motion: NDArray[np.float64]
     slackness: NDArray[np.float64]
+    slack: NDArray[np.float64]
     size: NDArray[np.float64]
     extent: NDArray[np.float64]
     first: NDArray[np.int64]
@@ -49,6 +47,11 @@ class RigidState(NamedTuple):
     ball: NDArray[np.float64]
     arm: NDArray[np.float64]
     reference: float
+
+    @property
+    def moving(self) -> int:
+        """Number of spheres that move."""
+        return len(self.local)
 
 
 class RigidLists(NamedTuple):
