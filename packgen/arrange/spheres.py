@@ -57,11 +57,10 @@ def joined(parts: Sequence[Spheres]) -> Spheres:
     """Return several sets of columns as one; bodies of different parts stay different."""
     if not parts:
         return no_spheres()
+    columns = [part.body_index for part in parts]
+    body_index, bodies = joined_bodies(columns, [len(part) for part in parts]), None
     if any(part.bodies is not None for part in parts):
         body_index, bodies = _joined_rows(parts)
-    else:
-        columns = [part.body_index for part in parts]
-        body_index, bodies = joined_bodies(columns, [len(part) for part in parts]), None
     return Spheres(
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.radius for part in parts]),
