@@ -57,11 +57,10 @@ def joined(parts: Sequence[Spheres]) -> Spheres:
     """Return several sets of columns as one; bodies of different parts stay different."""
     if not parts:
         return no_spheres()
+    columns = [part.body_index for part in parts]
+    body_index, bodies = joined_bodies(columns, [len(part) for part in parts]), None
     if any(part.bodies is not None for part in parts):
         body_index, bodies = _joined_rows(parts)
-    else:
-        columns = [part.body_index for part in parts]
-        body_index, bodies = joined_bodies(columns, [len(part) for part in parts]), None
     return Spheres(
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.radius for part in parts]),
@@ -76,7 +75,7 @@ def joined(parts: Sequence[Spheres]) -> Spheres:
 def in_rows(spheres: Spheres) -> Spheres:
     """Return spheres whose bodies are numbered in the order in which they come, and no others are known.
 
-    Where their bodies are known spheres without any become bodies of their own.
+    A body that is one sphere is where the sphere is: spheres move without their bodies.
     """
     if spheres.bodies is None or spheres.body_index is None:
         return spheres
@@ -84,7 +83,10 @@ def in_rows(spheres: Spheres) -> Spheres:
     order = np.argsort(first, kind="stable")
     row = np.empty(len(order), np.int32)
     row[order] = np.arange(len(order), dtype=np.int32)
-    return replace(spheres, body_index=row[number], bodies=spheres.bodies[chosen[order].astype(np.int64)])
+    bodies = spheres.bodies[chosen[order].astype(np.int64)]
+    single = bodies.template_index == SINGLE
+    place = np.where(single[:, None], spheres.position[first[order]], bodies.position)
+    return replace(spheres, body_index=row[number], bodies=replace(bodies, position=place))
 
 
 def rows_of_bodies(spheres: Spheres) -> Spheres:
@@ -98,7 +100,9 @@ def rows_of_bodies(spheres: Spheres) -> Spheres:
     rows = spheres[np.sort(first).astype(np.int64)]
     assert rows.body_index is not None
     bodies = spheres.bodies[rows.body_index.astype(np.int64)]
-    return replace(rows, position=bodies.position, radius=bodies.size)
+    single = bodies.template_index == SINGLE
+    place = np.where(single[:, None], rows.position, bodies.position)
+    return replace(rows, position=place, radius=bodies.size)
 
 
 def count_of_bodies(spheres: Spheres) -> int:

@@ -15,6 +15,7 @@ from packgen.arrange.spheres import no_spheres
 from packgen.arrange.task import Algorithm, Listener, Setting, Task, ZoneTask, no_listener
 from packgen.container.load import load_container
 from packgen.errors import PackingError
+from packgen.filling.clumps import check_clumps, slenderness_of
 from packgen.filling.compacted import Aim, aim_of, falls, friction_of
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.earlier import Earlier, earlier_bed
@@ -88,7 +89,7 @@ class Prepared:
                 )
             )  # fmt: skip
         widest = max(float(each.gap.half(np.array(each.supply.radius_max))) for each in zones)
-        check_periods(self.scene, self.setting.container, widest)
+        check_periods(self.scene, self.setting.container, slenderness_of(self.scene) * widest)
         tell = _of_try(self.on_progress, number)
         rng = np.random.default_rng(first)
         return Task(self.setting, tuple(zones), rng, tell, self.crew, earlier=before)
@@ -120,6 +121,7 @@ def prepared(
     scene = in_tiles(scene, shared=crew is not None)
     algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     # A wrong unit makes spheres soft, too: it is told first.
+    check_clumps(scene, container, device)
     locations = checked_locations(scene, container, tell)
     plain, aim = aim_of(scene, container, locations)
     earlier = earlier_bed(scene, container, tell)

@@ -16,13 +16,16 @@ from packgen.arrange.rigid.layer import members_at
 from packgen.arrange.rigid.settle import settle_bodies
 from packgen.arrange.spheres import Spheres, in_rows, joined, rows_of_bodies
 from packgen.arrays import BoolArray, Float64Array, Int32Array
-from packgen.bodies import Bodies, Form
+from packgen.bodies import Bodies, Form, joined_rows
 from packgen.distributions import UNIT_VOLUME
 from packgen.portable import cube
 from packgen.supply.supply import Draw
 
 BED_FRACTION, START_FRACTION = 0.55, 0.2
 """Solid fraction of a layer when it has come to rest, and about that at which its bodies start, apart."""
+
+RETRIES, ENOUGH = 12, 0.5
+"""How often places are tried anew while less than this share of a layer's bodies has one."""
 
 
 def fill_with_clumps(
@@ -115,8 +118,20 @@ class _Layers:
         draw = supply.take(count)
         there = np.column_stack([front.position, front.radius])
         bodies, found = started(draw, self.forms, region, slab, there, zone.rng)
-        supply.put_back(Draw(draw.radius[~found], draw.set_index[~found]))
-        return Draw(draw.radius[found], draw.set_index[found]), bodies[found]
+        radius, sets, placed = [draw.radius[found]], [draw.set_index[found]], [bodies[found]]
+        for _ in range(RETRIES):
+            # Below a lid, or with large bodies, few of the first places are free.
+            draw = Draw(draw.radius[~found], draw.set_index[~found])
+            if sum(len(each) for each in radius) > ENOUGH * count:
+                break
+            there = np.concatenate([there, members_at(bodies[found])])
+            bodies, found = started(draw, self.forms, region, slab, there, zone.rng)
+            radius, sets = [*radius, draw.radius[found]], [*sets, draw.set_index[found]]
+            placed.append(bodies[found])
+        else:
+            draw = Draw(draw.radius[~found], draw.set_index[~found])
+        supply.put_back(draw)
+        return Draw(np.concatenate(radius), np.concatenate(sets)), joined_rows(placed)
 
     def _slab(self, tops: Float64Array) -> Slab:
         """Return where the bodies of the next layer start."""

@@ -22,6 +22,9 @@ from packgen.compiled import inlined
 
 Vector = tuple[float, float, float]
 
+Row = int | np.uint64
+"""Of a body or sphere; without a sign no code is needed for negative ones."""
+
 
 @inlined
 def cross(a: Vector, b: Vector) -> Vector:
@@ -42,7 +45,7 @@ def along(a: Vector, length: float, n: Vector) -> Vector:
 
 
 @inlined
-def times(tensor: NDArray[np.float64], b: int, v: Vector) -> Vector:
+def times(tensor: NDArray[np.float64], b: Row, v: Vector) -> Vector:
     """Return the product of a symmetric tensor, row b of xx yy zz xy xz yz, and a vector."""
     return (
         tensor[b, 0] * v[0] + tensor[b, 3] * v[1] + tensor[b, 4] * v[2],
@@ -52,7 +55,7 @@ def times(tensor: NDArray[np.float64], b: int, v: Vector) -> Vector:
 
 
 @inlined
-def give(b: np.uint64, arm: Vector, n: Vector, slack: NDArray[np.float64]) -> float:
+def give(b: Row, arm: Vector, n: Vector, slack: NDArray[np.float64]) -> float:
     """Return how far a body's point at an arm gives way along n to a unit impulse there.
 
     Args:
@@ -62,13 +65,12 @@ def give(b: np.uint64, arm: Vector, n: Vector, slack: NDArray[np.float64]) -> fl
         slack: Inverse tensors of inertia, xx yy zz xy xz yz, and one over the mass, shape (B + 1, 7).
     """
     lever = cross(arm, n)
-    return slack[b, 6] + dot(lever, times(slack, b, lever))
+    way: float = slack[b, 6] + dot(lever, times(slack, b, lever))
+    return way
 
 
 @inlined
-def push_body(
-    b: np.uint64, arm: Vector, p: Vector, slack: NDArray[np.float64], push: NDArray[np.float64]
-) -> None:
+def push_body(b: Row, arm: Vector, p: Vector, slack: NDArray[np.float64], push: NDArray[np.float64]) -> None:
     """Move and turn a body by an impulse p at an arm.
 
     Args:
@@ -88,14 +90,14 @@ def push_body(
 
 
 @inlined
-def drift(b: np.uint64, arm: Vector, motion: NDArray[np.float64]) -> Vector:
+def drift(b: Row, arm: Vector, motion: NDArray[np.float64]) -> Vector:
     """Return how far a body's point at an arm has come by a motion, a shift [m] and a small turn [rad]."""
     turn = cross((motion[b, 3], motion[b, 4], motion[b, 5]), arm)
     return motion[b, 0] + turn[0], motion[b, 1] + turn[1], motion[b, 2] + turn[2]
 
 
 @inlined
-def normal_of(i: np.uint64, j: np.uint64, d: Vector, reach: float) -> tuple[Vector, float]:
+def normal_of(i: Row, j: Row, d: Vector, reach: float) -> tuple[Vector, float]:
     """Return the unit vector along d, and its length; of coincident centres one by the spheres' numbers."""
     distance = math.sqrt(dot(d, d))
     length = distance
@@ -107,7 +109,7 @@ def normal_of(i: np.uint64, j: np.uint64, d: Vector, reach: float) -> tuple[Vect
 
 @inlined
 def rub(
-    bodies: tuple[np.uint64, np.uint64],
+    bodies: tuple[Row, Row],
     arms: tuple[Vector, Vector],
     n: Vector,
     most: float,
@@ -141,8 +143,8 @@ def rub(
 
 @inlined
 def part(
-    i: np.uint64,
-    j: np.uint64,
+    i: Row,
+    j: Row,
     offset: Vector,
     friction: float,
     ball: NDArray[np.float64],
