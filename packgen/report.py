@@ -10,6 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from packgen.amounts import (
     GoneOn,
     SetTotal,
@@ -59,6 +61,8 @@ from packgen.measure.particles import as_particles
 from packgen.measure.sizes import SizeLaw
 from packgen.settlement import Settling
 from packgen.version import __version__
+
+ROUNDING = 1.0e-13  # share of a radius
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,7 +369,12 @@ def _sizes(bed: Bed, index: int, law: SizeLaw | None) -> Sizes | None:
     bed = as_particles(bed)
     chosen, new = bed.set_index == index, ~bed.is_earlier
     drawn = chosen & new if (chosen & new).any() else chosen
-    return sizes(bed.particle_sets[index].name, bed.radius[drawn], law if (drawn & new).any() else None)
+    radius, compared = bed.radius[drawn], law if (drawn & new).any() else None
+    if compared is not None:
+        # A clump's size is its scale times its template's: by rounding beside the radius that was drawn.
+        for bound in compared.radius_bounds:
+            radius = np.where(np.abs(radius / bound - 1.0) < ROUNDING, bound, radius)
+    return sizes(bed.particle_sets[index].name, radius, compared)
 
 
 def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:

@@ -117,7 +117,7 @@ def as_particles(bed: Bed) -> Bed:
     return replace(
         bed,
         position=_inside(bodies.position, bed),
-        radius=bodies.equivalent_radius,
+        radius=bodies.size,
         set_index=bed.set_index[first],
         zone_index=bed.zone_index[first],
         batch_index=bed.batch_index[first],

@@ -106,17 +106,17 @@ def _counted(report: Mapping[str, Any], asked: str, verdict: str) -> list[Figure
     spheres, bodies = report["sphere_count"], report.get("bodies")
     if not bodies:
         return [Figure("Spheres", f"{spheres:,}", asked, verdict, "sphere_count", spheres)]
-    singles = f", {bodies['single_count']:,} single spheres" if bodies["single_count"] else ""
-    count = f"{bodies['body_count']:,}: {bodies['clump_count']:,} clumps{singles}"
+    count, clumps = bodies["body_count"], bodies["clump_count"]
     figures = [
-        Figure("Particles", count, asked, verdict, "bodies.body_count", bodies["body_count"]),
+        Figure("Particles", f"{count:,}", asked, verdict, "bodies.body_count", count),
+        Figure("Clumps among them", f"{clumps:,}", key="bodies.clump_count", exact=clumps),
         Figure("Spheres of all particles", f"{spheres:,}", key="sphere_count", exact=spheres),
     ]
     for place, each in enumerate(bodies["shapes"]):
         if each["order"] is not None:
             angle = each["angle_to_gravity"]
-            told = "" if angle is None else f", {angle:.1f}° to gravity"
-            label = f"Order of the {each['axis']} axes of {each['name']} (random: 0, 57.3°)"
+            told = "" if angle is None else f", {angle:.1f}°"
+            label = f"Order of the {each['axis']} axes of {each['name']}, angle to gravity (random: 0, 57.3°)"
             key = f"bodies.shapes.{place}.order"
             figures.append(Figure(label, f"{each['order']:.3f}{told}", key=key, exact=each["order"]))
     return figures

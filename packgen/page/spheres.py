@@ -108,8 +108,8 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         ``radius_min`` and ``radius_max`` [m]; ``labels``, runs of spheres as (count, set, zone, batch); and
         as base64: ``place`` uint16 (x, y, z), from -span to span, and ``size`` uint8, from the smallest
         radius to the largest; where spheres belong to bodies ``body`` uint8, a number from 0 to 7 by which
-        bodies have their colours. Of a vessel that is known, ``outlines`` (see `packgen.page.outline.line_data`),
-        and ``frame``, ``middle`` and ``half`` of what is to be seen [m].
+        bodies have their colours. Of a vessel that is known, ``outlines`` (see
+        `packgen.page.outline.line_data`), and ``frame``, ``middle`` and ``half`` of what is to be seen [m].
     """
     sound = np.flatnonzero(
         np.isfinite(spheres.position).all(axis=1) & np.isfinite(spheres.radius) & (spheres.radius > 0.0)
