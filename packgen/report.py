@@ -51,9 +51,8 @@ from packgen.measure import (
     solid_fraction_with,
     standing,
 )
-from packgen.measure.bodies import BodyMeasures, body_contacts, body_measures
+from packgen.measure.bodies import BodyMeasures, body_measures
 from packgen.measure.coordination import Coordination, coordination
-from packgen.measure.core import Core
 from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
@@ -322,14 +321,14 @@ def measure_bed(
         correlation = pool.submit(pair_correlation, bed, core)
         if clearance is None:
             clearance = wall_clearance(bed.container, bed.position, WALL_REACH * bed.radius)
-        order = pool.submit(_order, bed, core, clearance)
-        contacts = pool.submit(_contacts, bed, clearance)
+        order = pool.submit(local_order, bed, core, clearance)
+        contacts = pool.submit(contacts_and_gaps, bed, clearance=clearance)
         solid = pool.submit(solid_fraction_with, bed, core)
         profile = pool.submit(height_profile, bed)
         forces = pool.submit(_step_zero, bed, found, clearance)
         stands = pool.submit(standing, bed)
-        number = None if has_clumps(bed) else pool.submit(coordination, bed, clearance)
-        packing = None if has_clumps(bed) else close_packing(bed, solid.result())
+        number = pool.submit(coordination, bed, clearance)
+        packing = close_packing(bed, solid.result())
     touching, gaps = contacts.result()
     return Measures(
         sphere_count=bed.count,
@@ -342,7 +341,7 @@ def measure_bed(
         sizes=tuple(each for each in compared if each is not None),
         profile=profile.result(),
         gaps=gaps,
-        coordination=None if number is None else number.result(),
+        coordination=number.result(),
         radial=radial.result(),
         pair_correlation=correlation.result(),
         order=order.result(),
@@ -354,23 +353,13 @@ def measure_bed(
     )
 
 
-def _contacts(bed: Bed, clearance: Float64Array) -> tuple[tuple[Contacts, ...], Gaps]:
-    if has_clumps(bed):
-        return body_contacts(bed, clearance)
-    return contacts_and_gaps(bed, clearance=clearance)
-
-
-def _order(bed: Bed, core: Core | None, clearance: Float64Array) -> LocalOrder:
-    return local_order(as_particles(bed), core, None if has_clumps(bed) else clearance)
-
-
 def _sizes(bed: Bed, index: int, law: SizeLaw | None) -> Sizes | None:
     """Return the sizes of a set; those drawn from a law are the new ones, where others were there before."""
-    bed = as_particles(bed)
+    clumps, bed = has_clumps(bed), as_particles(bed)
     chosen, new = bed.set_index == index, ~bed.is_earlier
     drawn = chosen & new if (chosen & new).any() else chosen
     radius, compared = bed.radius[drawn], law if (drawn & new).any() else None
-    if compared is not None:
+    if clumps and compared is not None:
         # A clump's size is its scale times its template's: by rounding beside the radius that was drawn.
         for bound in compared.radius_bounds:
             radius = np.where(np.abs(radius / bound - 1.0) < ROUNDING, bound, radius)

@@ -10,7 +10,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed, has_clumps
 from packgen.bodies import Template, rotations
-from packgen.check import near_pairs
+from packgen.check import near_pairs, wall_clearance
 from packgen.measure.contacts import GAP_EDGES, GAPS, HELD_MIN, Contacts, Gaps
 
 UNLIKE = 1.0e-3  # share by which moments of inertia differ that tell an axis
@@ -141,7 +141,7 @@ def _telling(moments: Float64Array) -> tuple[str | None, int | None]:
 
 
 def body_contacts(
-    bed: Bed, clearance: Float64Array, gaps: Sequence[float] = GAPS
+    bed: Bed, clearance: Float64Array | None = None, gaps: Sequence[float] = GAPS
 ) -> tuple[tuple[Contacts, ...], Gaps]:
     """Return the contacts a body, one for each pair of bodies, and the gaps of all near pairs of them.
 
@@ -150,15 +150,18 @@ def body_contacts(
     Args:
         bed: The bed, which has clumps.
         clearance: Distance of each sphere's centre from the nearest wall [m], exact as far as a contact,
-            shape (N,).
+            where it is known; shape (N,).
         gaps: Largest gaps that count as contacts, none below 0.
     """
     assert bed.bodies is not None
     assert bed.body_index is not None
     count, row = len(bed.bodies), bed.body_index.astype(np.int64)
+    widest = max(*gaps, GAP_EDGES[-1])
+    if clearance is None:
+        clearance = wall_clearance(bed.container, bed.position, bed.radius * (1.0 + widest))
     keys, shares = [np.zeros(0, np.int64)], [np.zeros(0)]
     for pairs in near_pairs(
-        bed.position, bed.radius, gap_fraction=max(*gaps, GAP_EDGES[-1]), period=bed.container.period,
+        bed.position, bed.radius, gap_fraction=widest, period=bed.container.period,
         body_index=bed.body_index,
     ):  # fmt: skip
         one, other = row[pairs.first], row[pairs.second]

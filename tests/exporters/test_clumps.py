@@ -161,3 +161,25 @@ def test_vtk_has_a_point_a_body_with_its_axes(tmp_path):
     turn = Rotation.from_quat(np.roll(bed.bodies.orientation, -1, axis=1)).as_matrix()
     assert np.abs(bodies["axis_x"] - turn[:, :, 0]).max() < 1e-15
     assert bodies["mass"].tolist() == pytest.approx((DENSITY * bed.bodies.volume).tolist())
+
+
+@pytest.mark.parametrize("periodic", [(False,) * 3, (True,) * 3], ids=["box", "seam"])
+def test_yade_gets_the_members_of_a_body_in_consecutive_lines_and_its_true_mass_and_axes(tmp_path, periodic):
+    bed = lattice_of_clumps(singles=True, periodic=periodic)
+    files = write("yade", bed, tmp_path)
+    rows, clumps = np.loadtxt(files["bed.txt"]), np.loadtxt(files["clumps.txt"])
+    assert files["bed.txt"].read_text().startswith("#format x_y_z_r_clumpId\n")
+    assert (rows[:, 4] == bed.body_index).all()
+    for row in clumps:
+        body, own = int(row[0]), rows[:, 4] == row[0]
+        assert row[1] == pytest.approx(DENSITY * bed.bodies.volume[body])
+        first, second = row[8:11], row[11:14]
+        axes = np.column_stack([first, second, np.cross(first, second)])
+        inertia = axes @ np.diag(row[5:8]) @ axes.T
+        assert np.abs(inertia - DENSITY * bed.bodies.inertia[body]).max() < 1e-12 * row[7]
+        # Side by side, on whichever side of a seam.
+        away = np.linalg.norm(rows[own, :3] - row[2:5], axis=1)
+        assert away.max() < 0.01
+    text = files["bed.py"].read_text()
+    assert "O.bodies[clump].state.inertia = moments" in text
+    compile(text, "bed.py", "exec")
