@@ -1,7 +1,7 @@
 """The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
 
 A module may also have ``check_outlook(outlook, options)``, which refuses a scene before the run, and
-``IS_DECK``, ``NEEDS`` and ``STREAMS``; see ``exporters.protocol``.
+``IS_DECK``, ``NEEDS``, ``STREAMS`` and ``CLUMPS``; see ``exporters.protocol``.
 
 An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
 through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
@@ -69,6 +69,7 @@ class _Complete:
     IS_DECK: bool
     NEEDS: tuple[str, ...]
     STREAMS: bool
+    CLUMPS: bool
 
 
 def names() -> tuple[str, ...]:
@@ -102,9 +103,10 @@ def _completed(exporter: Any) -> Exporter:
     is_deck = bool(getattr(exporter, "IS_DECK", False))
     needs = tuple(getattr(exporter, "NEEDS", ALL_NEEDS))
     streams = bool(getattr(exporter, "STREAMS", False))
+    clumps = bool(getattr(exporter, "CLUMPS", False))
     return cast(
         "Exporter",
-        _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck, needs, streams),
+        _Complete(exporter.NAME, exporter.Options, exporter.write, check, is_deck, needs, streams, clumps),
     )
 
 

@@ -26,6 +26,7 @@ from packgen.errors import ExportError
 
 NAME = "chrono"
 NEEDS: tuple[str, ...] = ()
+CLUMPS = True
 TYPES_MAX = 1000  # clump types in a file each
 Options = table.NoOptions
 

@@ -21,6 +21,7 @@ from packgen.bed import AnyBed, Bed, Bodies, numbered
 NAME = "csv"
 NEEDS = ("density",)
 STREAMS = True
+CLUMPS = True
 COLUMNS = ("id", "x", "y", "z", "radius", "density", "set", "zone", "batch")
 OF_BODIES = (
     "body", "template", "spheres", "scale", "x", "y", "z", "qw", "qx", "qy", "qz", "volume", "mass",

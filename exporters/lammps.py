@@ -27,6 +27,7 @@ from packgen.bed import AnyBed
 NAME = "lammps"
 IS_DECK = True
 STREAMS = True
+CLUMPS = True
 NEIGHBORS_ONE = 2000  # most neighbours of a sphere, LAMMPS' default
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
 

@@ -37,6 +37,7 @@ from packgen.geometry import Container, Translation
 NAME = "liggghts"
 IS_DECK = True
 STREAMS = True
+CLUMPS = True
 YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
 YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
 RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only

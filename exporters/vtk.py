@@ -29,6 +29,7 @@ from packgen.errors import ExportError
 NAME = "vtk"
 NEEDS: tuple[str, ...] = ()
 STREAMS = True
+CLUMPS = True
 
 
 class Options(BaseModel):

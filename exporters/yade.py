@@ -43,6 +43,7 @@ from packgen.geometry import Container
 NAME = "yade"
 IS_DECK = True
 STREAMS = True
+CLUMPS = True
 TIMESTEP_FRACTION = 0.1
 # In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
 # fractions of 0.05 and more, a sphere between 193 of them was thrown out sooner or later.

@@ -16,9 +16,10 @@ from packgen.arrays import BoolArray, Float64Array, Int64Array
 from packgen.bed import SINGLE, AnyBed, Bed, Bodies, UnbalancedError, has_clumps, sphere_shares
 from packgen.errors import ExportError
 
-__all__ = ["Clumps", "body_density", "clumps_of", "refuse_clumps", "template_label"]
+__all__ = ["WAYS", "Clumps", "body_density", "clumps_of", "refuse_clumps", "template_label"]
 
 WAYS = "liggghts, lammps, yade, vtk, csv and chrono do"
+"""What messages say of the formats that have clumps."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

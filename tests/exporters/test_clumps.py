@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import exporters
+from exporters.shared.clumps import WAYS
 from packgen.bed import Material
 from packgen.bodies import SINGLE, Template
 from packgen.errors import ExportError
@@ -86,6 +89,11 @@ def test_what_is_written_is_read_back_with_its_bodies(tmp_path, name):
 
 
 TAKING = {"liggghts", "lammps", "yade", "vtk", "csv", "chrono"}
+
+
+def test_messages_name_the_formats_that_say_that_they_have_clumps():
+    assert {name for name in exporters.BUILTIN if exporters.get(name).CLUMPS} == TAKING
+    assert set(re.findall(r"\w+", WAYS)) - {"and", "do"} == TAKING
 
 
 @pytest.mark.parametrize("name", sorted(set(exporters.BUILTIN) - TAKING))
