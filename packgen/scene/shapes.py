@@ -98,7 +98,7 @@ class ShapeSpec(Keys):
         units: Unit of the mesh's coordinates.
         volume_error: Spheres are added until the volume that they miss is at most this share of the mesh's.
         surface_error: Spheres are added until the mesh's surface is nearer than this share of its diameter.
-        least_radius: Least radius of a sphere, in the unit of the mesh as read [m].
+        least_radius: Least radius of a sphere before the clump is scaled [m].
         equal: Whether all spheres have one radius.
         best_fit: Whether spheres may stick out of the mesh.
         dumbbell: Two equal spheres.

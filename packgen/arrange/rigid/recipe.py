@@ -42,7 +42,7 @@ class RigidRecipe(Recipe):
             stride=0.3,
             sink_sweeps=280,
             sink_first=0.005,
-            momentum=0.985,
+            momentum=0.98,
             momentum_sweeps=1,
             give_up_first=292,
             far_sweeps=0,
