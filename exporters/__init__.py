@@ -1,7 +1,7 @@
 """The exporters: one module a format, each with ``NAME``, ``Options`` and ``write(bed, folder, options)``.
 
 A module may also have ``check_outlook(outlook, options)``, which refuses a scene before the run, and
-``IS_DECK``, ``NEEDS``, ``STREAMS`` and ``CELLS``; see ``exporters.protocol``.
+``IS_DECK``, ``NEEDS``, ``STREAMS``, ``CELLS`` and ``CLUMPS``; see ``exporters.protocol``.
 
 An exporter knows the bed, the shapes and the errors of packgen, nothing else of it. Third parties add one
 through the entry-point group ``packgen.exporters``: the entry point's name is the name on the command line,
@@ -72,6 +72,7 @@ class _Complete:
     NEEDS: tuple[str, ...]
     STREAMS: bool
     CELLS: bool
+    CLUMPS: bool
 
 
 def names() -> tuple[str, ...]:
@@ -104,13 +105,13 @@ def _completed(exporter: Any) -> Exporter:
     check = getattr(exporter, "check_outlook", _accept)
     is_deck = bool(getattr(exporter, "IS_DECK", False))
     needs = tuple(getattr(exporter, "NEEDS", ALL_NEEDS))
-    streams, cells = (bool(getattr(exporter, name, False)) for name in ("STREAMS", "CELLS"))
+    streams, cells, clumps = (bool(getattr(exporter, name, False)) for name in ("STREAMS", "CELLS", "CLUMPS"))
     write = exporter.write
     if not cells:
         check, write = _without_cells(exporter.NAME, check, write)
     return cast(
         "Exporter",
-        _Complete(exporter.NAME, exporter.Options, write, check, is_deck, needs, streams, cells),
+        _Complete(exporter.NAME, exporter.Options, write, check, is_deck, needs, streams, cells, clumps),
     )
 
 

@@ -19,6 +19,7 @@ from pydantic import Field
 
 from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, particulate
+from exporters.shared.clumps import clumps_of
 from exporters.walls import facets as walls
 from exporters.walls import lammps_regions as lammps_walls
 from packgen.bed import AnyBed
@@ -27,6 +28,7 @@ NAME = "lammps"
 IS_DECK = True
 STREAMS = True
 CELLS = True
+CLUMPS = True
 NEIGHBORS_ONE = 2000  # most neighbours of a sphere, LAMMPS' default
 TSUJI = np.array([4.8218, -18.022, 27.467, -22.348, 11.087, -4.2783, 1.2728])  # highest power first
 
@@ -50,12 +52,15 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
         ExportError: LAMMPS cannot take the bed: it is empty, a material is outside the limits, or the
             container is not convex.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, clumps=True)
     types, box, values = deck_values(bed, options)
     values["bond_coeff"] = None
+    clumps = clumps_of(bed, NAME)
+    values |= lammps_data.clump_values(clumps, values)
+    text = deck.render("lammps/in.bed.j2", values, options.templates)
     return [
-        deck.write_text(folder / "in.bed", deck.render("lammps/in.bed.j2", values, options.templates)),
-        lammps_data.write_data(bed, folder / "bed.data", types, box),
+        deck.write_text(folder / "in.bed", text),
+        *lammps_data.write_spheres(bed, folder, types, box, clumps, motion=True),
     ]
 
 
@@ -113,6 +118,7 @@ def _values(
     neighbors = max(NEIGHBORS_ONE, int((ratio + 2) ** 3))
     values |= lammps_data.box_values(bed, box)
     return values | {
+        "clumps": None,
         "neighbor_style": "multi" if ratio > particulate.NEIGHBOR_BY_SIZE_RATIO else "bin",
         "size_intervals": _size_intervals(radius_min, radius_max),
         "neighbors_one": neighbors,

@@ -25,6 +25,7 @@ from pydantic import Field
 
 from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, lengths, particulate
+from exporters.shared.clumps import clumps_of
 from exporters.walls import crowding
 from exporters.walls import facets as walls
 from exporters.walls import parts as named
@@ -36,6 +37,7 @@ from packgen.geometry import Container, Translation
 NAME = "liggghts"
 IS_DECK = True
 STREAMS = True
+CLUMPS = True
 YOUNGS_MODULUS_SOFT = 5.0e6  # Pa; below, LIGGGHTS asks for "soft_particles yes"
 YOUNGS_MODULUS_HARD = 1.0e9  # Pa; above, for "hard_particles yes"
 RESTITUTION_MIN = 0.05  # LIGGGHTS takes values above it only
@@ -68,7 +70,7 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     Raises:
         ExportError: LIGGGHTS cannot take the bed: it is empty, or a material is outside the limits.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, clumps=True)
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
     particulate.check_materials(NAME, types.materials, restitution_min=RESTITUTION_MIN)
@@ -76,9 +78,10 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     bed = lengths.in_unit(bed, unit)
     facets = walls.wall_facets(bed.container) if has_wall else None
     values = _values(bed, types, facets, options) | lengths.unit_values(unit)
+    clumps = clumps_of(bed, NAME)
+    values |= lammps_data.clump_values(clumps, values)
     paths = [deck.write_text(folder / "in.bed", deck.render("liggghts/in.bed.j2", values, options.templates))]
-    box = _simulation_box(bed, facets)
-    paths.append(lammps_data.write_data(bed, folder / "bed.data", types, box))
+    paths += lammps_data.write_spheres(bed, folder, types, _simulation_box(bed, facets), clumps, motion=False)
     if facets is not None:
         paths += _write_walls(bed.container, folder, binary=options.stl == "binary")
     return paths
@@ -192,6 +195,7 @@ def _values(
         "removed": [each for each in parts if each["remove"]],
         "moving": [each for each in parts if each["motion"] is not None],
         "wall_folder": "",
+        "clumps": None,
     }
 
 

@@ -31,6 +31,7 @@ class Outlook:
         place: Returns ``file:line:column`` of a value of the scene, or of what is around it, by its names and
             indices, such as ``("materials", "glass", "friction")``.
         wall_material: Name of the material of the walls, but for named parts of others.
+        clumps: Whether some particles are rigid clumps of spheres.
     """
 
     container: Container
@@ -41,6 +42,7 @@ class Outlook:
     radius_max: float
     place: Place
     wall_material: str = ""
+    clumps: bool = False
 
     @contextmanager
     def placed(self, *location: str | int) -> Iterator[None]:
@@ -69,6 +71,8 @@ class Exporter(Protocol):
             `packgen.bed.AnyBed` and no arrays of all spheres; False where it is left out.
         CELLS: Whether it takes beds whose container is a periodic cell of any shape, `Container.cell`; False
             where it is left out: such beds are refused, in its name.
+        CLUMPS: Whether ``write`` takes a bed whose ``bodies`` are rigid clumps of spheres; False where it is
+            left out: such a bed is refused then.
     """
 
     NAME: str
@@ -77,6 +81,7 @@ class Exporter(Protocol):
     NEEDS: tuple[str, ...]
     STREAMS: bool
     CELLS: bool
+    CLUMPS: bool
 
     def check_outlook(self, outlook: Outlook, options: Any) -> None:
         """Refuse before the run what the format cannot take; where it is left out, nothing is refused.

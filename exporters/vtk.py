@@ -3,6 +3,10 @@
 ParaView shows points only where there are cells, so every point has a vertex. To see the sizes: Point
 Gaussian, or Glyph of a sphere scaled by ``diameter`` with factor 1 (the glyph's own radius is 0.5).
 
+Where shape and place of bodies are known, ``bed.vtp`` has the number of each sphere's ``body``, to colour by,
+and ``bodies.vtp`` a vertex a body at its centre of mass: template, size, mass, quaternion, and the template's
+axes as they are turned, ``axis_x``, ``axis_y`` and ``axis_z``.
+
 A bed in pieces becomes ``bed.pvtp``, which names a file a piece in ``bed/``: ParaView reads them as one.
 """
 
@@ -17,14 +21,16 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from exporters.shared import contact, deck, vtkxml
+from exporters.shared.clumps import body_density
 from exporters.walls import facets as walls
-from packgen.bed import AnyBed, Bed, numbered
+from packgen.bed import AnyBed, Bed, Bodies, numbered, rotations
 from packgen.errors import ExportError
 
 NAME = "vtk"
 NEEDS: tuple[str, ...] = ()
 STREAMS = True
 CELLS = True
+CLUMPS = True
 
 
 class Options(BaseModel):
@@ -45,9 +51,11 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
     Raises:
         ExportError: The bed is empty, or a number in it is not finite.
     """
-    deck.check_exportable(bed, NAME, NEEDS)
+    deck.check_exportable(bed, NAME, NEEDS, clumps=True)
     if isinstance(bed, Bed):
         paths = [_write_spheres(folder / "bed.vtp", bed, sphere_arrays(bed))]
+        if bed.bodies is not None:
+            paths.append(_write_bodies(folder / "bodies.vtp", bed, bed.bodies))
     else:
         paths = _write_pieces(folder, bed, options)
     if walls.has_wall(bed) and bed.container.walls_known:
@@ -65,6 +73,26 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
 def _write_spheres(path: Path, bed: Bed, arrays: Mapping[str, NDArray[Any]]) -> Path:
     each = np.arange(bed.count, dtype=np.int64)
     return vtkxml.write_polydata(path, bed.position, "Verts", each[:, None], arrays)
+
+
+def _write_bodies(path: Path, bed: Bed, bodies: Bodies) -> Path:
+    """Write a vertex a body at its centre of mass, with its orientation as quaternion and as axes."""
+    each = np.arange(len(bodies), dtype=np.int64)
+    turn = rotations(bodies.orientation)
+    arrays: dict[str, NDArray[Any]] = {
+        "body": each,
+        "template": bodies.template_index,
+        "spheres": bodies.sphere_count,
+        "scale": bodies.scale,
+        "equivalent_diameter": 2.0 * bodies.equivalent_radius,
+        "volume": bodies.volume,
+        "quaternion_wxyz": bodies.orientation,
+        **{f"axis_{axis}": np.ascontiguousarray(turn[:, :, place]) for place, axis in enumerate("xyz")},
+    }
+    density = body_density(bed)
+    if np.isfinite(density).all():
+        arrays["mass"] = density * bodies.volume
+    return vtkxml.write_polydata(path, bodies.position, "Verts", each[:, None], arrays)
 
 
 def _write_pieces(folder: Path, bed: AnyBed, options: Options) -> list[Path]:
@@ -103,6 +131,8 @@ def sphere_arrays(
         "zone": bed.zone_index,
         "batch": bed.batch_index,
     }
+    if bed.body_index is not None:
+        arrays["body"] = bed.body_index
     types = types or _types(bed)
     if types is not None:
         arrays["type"] = np.array(types.by_set, dtype=np.int32)[bed.set_index]

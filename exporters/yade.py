@@ -7,7 +7,9 @@ LIGGGHTS', and a sphere above the edge of two facets touches both. Flat walls ac
 planes (``Wall``, a sphere of the same radius: sqrt(1/2)), see `flat_walls`; ``wall.stl`` has the other walls.
 Named parts of the walls are facets of files of their own; they move in the deck's own run alone, and those
 that are to be removed are there for ``steps``, and gone for ``steps_open`` more.
-``bed.txt`` has the columns x y z r and the number of the particle set; ``ymport.text`` reads it too.
+``bed.txt`` has the columns x y z r and the number of the particle set; ``ymport.text`` reads it too. Of a bed
+with clumps the number of the body comes before that, as ``ymport.textClumps`` has it, and ``clumps.txt`` has
+mass, centre and inertia of each.
 
 YADE's rolling friction (``includeMoment``) has one coefficient for all contacts, and its limit is the normal
 force times the mean of both radii, where LIGGGHTS' epsd2 has the effective radius, half of it: `rolling`
@@ -28,18 +30,20 @@ from pydantic import Field
 
 from exporters.protocol import Outlook
 from exporters.shared import contact, deck, particulate, table
+from exporters.shared.clumps import Clumps, clumps_of
 from exporters.walls import facets as walls
 from exporters.walls import parts as named
 from exporters.walls.edges import edge_uses
 from exporters.walls.stl import write_stl
 from packgen.arrays import Float64Array, unique_rows
-from packgen.bed import AnyBed
+from packgen.bed import AnyBed, Bed
 from packgen.errors import ExportError
 from packgen.geometry import Container
 
 NAME = "yade"
 IS_DECK = True
 STREAMS = True
+CLUMPS = True
 TIMESTEP_FRACTION = 0.1
 # In the narrow tip of a cone a sphere touches a hundred facets at once, each of which pushes and damps: with
 # fractions of 0.05 and more, a sphere between 193 of them was thrown out sooner or later.
@@ -70,7 +74,8 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
         ExportError: YADE cannot take the bed: it is empty, a material is outside the limits, or the box
             wraps around along one or two of its axes only.
     """
-    deck.check_exportable(bed, NAME)
+    deck.check_exportable(bed, NAME, clumps=True)
+    clumps = clumps_of(bed, NAME)
     _check_periodic(bed.container, min(bed.census.radius_min), max(bed.census.radius_max))
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
@@ -94,13 +99,28 @@ def write(bed: AnyBed, folder: Path, options: Options) -> list[Path]:
         "periodic": (bed.container.bounds[1] - bed.container.bounds[0]).tolist() if not has_wall else [],
         "gravity_vector": bed.acceleration.tolist(),
         "verlet_distance": VERLET_SHARE * values["radius_min"],
+        "clumps": None if clumps is None else {"count": clumps.count, "reach": clumps.reach},
     }
     paths = [deck.write_text(folder / "bed.py", deck.render("yade/bed.py.j2", values, options.templates))]
-    rows = ([*chunk.position.T, chunk.radius, chunk.set_index] for chunk in bed.chunks())
-    paths.append(table.write_parts(folder / "bed.txt", rows, head="#format x_y_z_r_matId\n"))
+    paths += _write_spheres(bed, folder, clumps)
     if len(facets):
         paths.append(write_stl(folder / "wall.stl", facets))
     return paths + [write_stl(folder / each.file, each.facets.triangles) for each in parts]
+
+
+def _write_spheres(bed: AnyBed, folder: Path, clumps: Clumps | None) -> list[Path]:
+    """Write ``bed.txt``, and ``clumps.txt`` where there are clumps."""
+    if clumps is None:
+        rows = ([*chunk.position.T, chunk.radius, chunk.set_index] for chunk in bed.chunks())
+        return [table.write_parts(folder / "bed.txt", rows, head="#format x_y_z_r_matId\n")]
+    assert isinstance(bed, Bed)
+    assert bed.body_index is not None
+    columns = [*clumps.member.T, bed.radius, bed.body_index, bed.set_index]
+    spheres = table.write_rows(folder / "bed.txt", columns, head="#format x_y_z_r_clumpId\n")
+    moments, axes = np.linalg.eigh(clumps.inertia)  # rising moments, axes as columns
+    bodies = [clumps.row, clumps.mass, *clumps.position.T, *moments.T, *axes[:, :, 0].T, *axes[:, :, 1].T]
+    head = "# body mass x y z I1 I2 I3 axis1 (x y z) axis2 (x y z)\n"
+    return [spheres, table.write_rows(folder / "clumps.txt", bodies, head=head)]
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from packgen.bed import UNKNOWN, Bed
+from packgen.measure.particles import as_particles
 from packgen.measure.volumes import sphere_volume
 
 
@@ -52,7 +53,7 @@ class SetTotal:
 
     Attributes:
         name: Its name.
-        count: Number of its spheres.
+        count: Number of its particles, spheres or clumps.
         volume: Their solid volume [m3].
         mass: Their mass [kg]; None where their density is not known.
     """
@@ -152,7 +153,8 @@ def _reached(zone: ZoneCount) -> str:
 
 
 def set_totals(bed: Bed) -> tuple[SetTotal, ...]:
-    """Return count, volume and mass of each set."""
+    """Return count, volume and mass of each set; a clump counts once, overlaps of its spheres too."""
+    bed = as_particles(bed)
     volume = sphere_volume(bed.radius)
     totals = []
     for index, each in enumerate(bed.particle_sets):

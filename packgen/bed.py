@@ -14,7 +14,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int32Array, Int64Array, read_only
-from packgen.bodies import Bodies
+from packgen.bodies import (
+    SINGLE,
+    Bodies,
+    Template,
+    UnbalancedError,
+    has_members,
+    quaternions,
+    rotations,
+    sphere_shares,
+)
 from packgen.census import Census, count_spheres
 from packgen.errors import ExportError
 from packgen.geometry import (
@@ -32,8 +41,9 @@ from packgen.geometry.cells import cell_images, into_cell
 
 # Plug-ins find a bed's shapes here, with the bed; packgen itself takes them from where they live.
 __all__ = [
-    "AnyBed", "Ball", "Bed", "Box", "Census", "Cone", "Container", "EarlierBed", "Head", "Material", "Mesh",
-    "ParticleSet", "Polyhedron", "Shape", "Surface", "is_askew", "numbered", "pair_coefficient",
+    "SINGLE", "AnyBed", "Ball", "Bed", "Bodies", "Box", "Census", "Cone", "Container", "EarlierBed", "Head",
+    "Material", "Mesh", "ParticleSet", "Polyhedron", "Shape", "Surface", "Template", "UnbalancedError",
+    "has_clumps", "is_askew", "numbered", "pair_coefficient", "quaternions", "rotations", "sphere_shares",
     "with_images", "with_owned_images",
 ]  # fmt: skip
 
@@ -198,6 +208,21 @@ class Bed(Head):
             value = getattr(self, name)
             if value is not None or name != "body_index":
                 object.__setattr__(self, name, read_only(value, dtype, shape, f"bed.{name}"))
+        self._check_bodies()
+
+    def _check_bodies(self) -> None:
+        """Refuse bodies that are not those of the spheres.
+
+        Raises:
+            ValueError: They are not.
+        """
+        if self.bodies is None:
+            return
+        if self.body_index is None or not has_members(self.bodies, self.body_index):
+            raise ValueError(
+                f"bed.bodies: {len(self.bodies)} bodies are not those of bed.body_index, expected a row a "
+                "body, whose spheres have consecutive rows, as many as its template"
+            )
 
     @classmethod
     def load(cls, path: Path | str) -> Bed:
@@ -311,6 +336,11 @@ class AnyBed(Protocol):
     def chunks(self) -> Iterator[Bed]:
         """Yield the spheres in the order of their numbers, some at a time, as beds of their own."""
         ...
+
+
+def has_clumps(bed: Bed) -> bool:
+    """Return whether some body of a bed, whose shape is known, has more than one sphere."""
+    return bed.bodies is not None and len(bed.bodies) < bed.count
 
 
 def numbered(bed: AnyBed) -> Iterator[tuple[int, Bed]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array
 from packgen.bed import Bed
+from packgen.bodies import Bodies, bodies_of_arrays, body_arrays
 
 COLUMNS = ("position", "radius", "set_index", "zone_index", "batch_index")
 
@@ -23,6 +24,11 @@ def save_bed(bed: Bed, path: Path) -> None:
     ``batch_index`` (N,) int32; ``provenance``, JSON text; ``body_index`` (N,) int32, the body of each sphere,
     only where spheres belong together in bodies: without it each sphere is its own; ``cell`` (3, 3) float64
     [m], the vectors of a periodic cell of any shape as rows, from the origin, only where the bed is in one.
+    Where shape and place of the bodies are known, with a row a body: ``body_position`` (M, 3) float64, the
+    centre of mass [m]; ``body_orientation`` (M, 4) float64, a unit quaternion w, x, y, z; ``body_template``
+    (M,) int32, the place in ``templates``, -1 of a single sphere; ``body_scale`` (M,) float64, the factor on
+    the template's lengths, of a single sphere its radius [m]; ``templates``, JSON text: name, spheres (x, y,
+    z, r about the centre of mass), volume, inertia and place of each.
 
     Args:
         bed: The bed.
@@ -43,6 +49,8 @@ def save_bed(bed: Bed, path: Path) -> None:
         arrays["body_index"] = bed.body_index
     if bed.container.cell is not None:
         arrays["cell"] = bed.container.cell
+    if bed.bodies is not None:
+        arrays |= body_arrays(bed.bodies)
     np.savez(path, **arrays)
 
 
@@ -58,6 +66,7 @@ class Columns:
         batch_index: Batch of each sphere, shape (N,), int32.
         body_index: Body of each sphere, shape (N,), int32; None: each sphere is a body.
         cell: Vectors of a periodic cell of any shape as rows [m], shape (3, 3); None: the bed is in none.
+        bodies: Shape, place and orientation of each body; None: not known.
     """
 
     position: Float64Array
@@ -67,6 +76,7 @@ class Columns:
     batch_index: Int32Array
     body_index: Int32Array | None = None
     cell: Float64Array | None = None
+    bodies: Bodies | None = field(default=None, kw_only=True)
 
 
 def load_columns(path: Path) -> Columns:
@@ -83,7 +93,12 @@ def load_columns(path: Path) -> Columns:
     """
     with np.load(path) as stored:
         columns = {name: stored[name] for name in COLUMNS}
-        return Columns(**columns, body_index=stored.get("body_index"), cell=stored.get("cell"))
+        return Columns(
+            **columns,
+            body_index=stored.get("body_index"),
+            cell=stored.get("cell"),
+            bodies=bodies_of_arrays(stored),
+        )
 
 
 def plain(value: Any) -> Any:

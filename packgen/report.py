@@ -10,6 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from packgen.amounts import (
     GoneOn,
     SetTotal,
@@ -22,7 +24,7 @@ from packgen.amounts import (
     zone_counts,
 )
 from packgen.arrays import Float64Array
-from packgen.bed import UNKNOWN, Bed
+from packgen.bed import UNKNOWN, Bed, has_clumps
 from packgen.bedfile import plain
 from packgen.check import Check, check_bed, wall_clearance
 from packgen.cores import free_cores
@@ -49,14 +51,18 @@ from packgen.measure import (
     solid_fraction_with,
     standing,
 )
+from packgen.measure.bodies import BodyMeasures, body_measures
 from packgen.measure.coordination import Coordination, coordination
 from packgen.measure.forces import PredictedForces, predicted_forces
 from packgen.measure.hertz import mean_weight
 from packgen.measure.order import WALL_REACH
+from packgen.measure.particles import as_particles
 from packgen.measure.sizes import SizeLaw
 from packgen.search import Search
 from packgen.settlement import Settling
 from packgen.version import __version__
+
+ROUNDING = 1.0e-13  # share of a radius
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,22 +70,23 @@ class Measures:
     """What is measured of a bed.
 
     Attributes:
-        sphere_count: Number of spheres in the bed.
+        sphere_count: Number of spheres in the bed, those of clumps among them.
         zones: Spheres asked for and placed, zone by zone.
         sets: Totals, set by set.
         overlap: The independent check: overlaps as fractions of the smaller radius.
         solid_fraction: Solid fractions of the filled volume and of the core.
         close_packing: Random close packing of the spheres, beside what the bed reached; None of a bed without
-            spheres.
-        contacts: Contacts a sphere at gaps of 0, 0.1 %, 1 % and 5 % of the smaller radius.
+            spheres, and of one with clumps.
+        contacts: Contacts a sphere at gaps of 0, 0.1 %, 1 % and 5 % of the smaller radius; of a bed with
+            clumps a particle, one for each pair of them.
         sizes: Size curves asked and reached, set by set.
         profile: Solid fraction along the height.
         gaps: Pairs of neighbours counted by their gap.
-        coordination: Contacts a sphere over the gap, and their plateau; None without spheres, and of a bed
-            too large for it.
+        coordination: Contacts a sphere over the gap, and their plateau; None without spheres, with clumps,
+            and of a bed too large for it.
         radial: Porosity over the distance from the wall; None where the container is not round.
         pair_correlation: g(r) of the core; None where the bed has no room for one.
-        order: Shares of the spheres that sit in a crystal.
+        order: Shares of the spheres that sit in a crystal; clumps count by their centres of mass.
         step_zero: The largest forces that a solver will find before anything moves, by geometry alone; None
             without gravity, or where materials or densities are not known.
         stands_at_friction: Whether the contacts can carry the bed's weight, and from what friction on; None
@@ -88,6 +95,7 @@ class Measures:
         search: How the bed was found, and how good it could be; None of algorithms that do not search.
         settling: How a solver settled the bed, and the bed before and after; None where none did.
         start_from: Spheres that were there before, and new ones; None of a bed that goes on from no other.
+        bodies: The clumps: numbers, masses, and how they lie; None of a bed without clumps.
     """
 
     sphere_count: int
@@ -110,6 +118,7 @@ class Measures:
     search: Search | None = None
     settling: Settling | None = None
     start_from: GoneOn | None = None
+    bodies: BodyMeasures | None = None
 
     def faults(self) -> tuple[str, ...]:
         """Return a line for each zone that did not get its spheres and each limit that the bed breaks."""
@@ -179,7 +188,7 @@ class Report(Measures):
         by_core = solid.core is not None
         walls = self.settings.get("walls") != UNKNOWN
         rows = [
-            ("spheres", f"{self.sphere_count:,}{wanted}"),
+            *self._counts(wanted),
             *([] if self.start_from is None else [("start_from", self.start_from.line())]),
             ("mass", mass_text(self.sets)),
             ("solid fraction, filled volume", f"{solid.filled:.4f}{'' if by_core else beside}"),
@@ -190,7 +199,8 @@ class Report(Measures):
         if self.contacts:
             gaps = " / ".join(f"{entry.gap:.1%}".replace(".0%", "%") for entry in self.contacts)
             means = " / ".join(f"{entry.mean:.2f}" for entry in self.contacts)
-            rows.append((f"contacts a sphere at gaps of {gaps}", means))
+            of = "a sphere" if self.bodies is None else "a particle"
+            rows.append((f"contacts {of} at gaps of {gaps}", means))
         if self.step_zero is not None:
             rows.append(("largest step-0 force, predicted", f"{self.step_zero.force_max:.3g} W"))
         if self.stands_at_friction is not None:
@@ -210,6 +220,21 @@ class Report(Measures):
         if self.peak_memory is not None:
             rows.append(("peak memory", f"{self.peak_memory / 1e6:,.0f} MB"))
         return rows
+
+    def _counts(self, wanted: str) -> list[tuple[str, str]]:
+        """Return the rows of how many particles there are, and how clumps lie."""
+        if self.bodies is None:
+            return [("spheres", f"{self.sphere_count:,}{wanted}")]
+        bodies = self.bodies
+        return [
+            ("particles", f"{bodies.body_count:,}{wanted}: {bodies.line()}"),
+            ("spheres of all", f"{self.sphere_count:,}"),
+            *(
+                (f"orientation of {each.name}", each.lie())
+                for each in bodies.shapes
+                if each.order is not None
+            ),
+        ]
 
 
 MEASURED = tuple(each.name for each in fields(Measures))
@@ -337,14 +362,21 @@ def measure_bed(
         start_from=gone_on(bed),
         jamming=None if jamming is None else replace(jamming, crystal=order.result().crystal),
         search=search,
+        bodies=body_measures(bed),
     )
 
 
 def _sizes(bed: Bed, index: int, law: SizeLaw | None) -> Sizes | None:
     """Return the sizes of a set; those drawn from a law are the new ones, where others were there before."""
+    clumps, bed = has_clumps(bed), as_particles(bed)
     chosen, new = bed.set_index == index, ~bed.is_earlier
     drawn = chosen & new if (chosen & new).any() else chosen
-    return sizes(bed.particle_sets[index].name, bed.radius[drawn], law if (drawn & new).any() else None)
+    radius, compared = bed.radius[drawn], law if (drawn & new).any() else None
+    if clumps and compared is not None:
+        # A clump's size is its scale times its template's: by rounding beside the radius that was drawn.
+        for bound in compared.radius_bounds:
+            radius = np.where(np.abs(radius / bound - 1.0) < ROUNDING, bound, radius)
+    return sizes(bed.particle_sets[index].name, radius, compared)
 
 
 def _step_zero(bed: Bed, check: Check, clearance: Float64Array) -> PredictedForces | None:

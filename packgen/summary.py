@@ -8,9 +8,10 @@ from typing import Any
 __all__ = ["FIGURES", "main_figures", "summary"]
 
 FIGURES = (
-    "sphere_count", "asked", "mass", "solid_fraction_filled", "solid_fraction_core", "close_packing_reached",
-    "overlap_max", "wall_overlap_max", "contacts", "coordination", "rattlers", "crystal", "law_distance",
-    "force_max", "stands_from_friction", "arrange_seconds", "seconds", "peak_memory",
+    "sphere_count", "body_count", "asked", "mass", "solid_fraction_filled", "solid_fraction_core",
+    "close_packing_reached", "overlap_max", "wall_overlap_max", "contacts", "coordination", "rattlers",
+    "crystal", "law_distance", "force_max", "stands_from_friction", "arrange_seconds", "seconds",
+    "peak_memory",
 )  # fmt: skip
 """The keys of the main figures, in their order."""
 
@@ -25,7 +26,8 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
         report: Content of ``report.json``.
 
     Returns:
-        A value for each of ``FIGURES``, None where the bed has none: numbers of spheres there and asked for,
+        A value for each of ``FIGURES``, None where the bed has none: numbers of spheres, of particles where
+        there are clumps, and of particles asked for,
         mass [kg], solid fractions of the filled volume and of the core, share of random close packing that is
         reached, largest overlaps [smaller radii], contacts a sphere at gaps up to 1 % of the radius, on their
         plateau over the gap, share of rattlers, share of the spheres in a crystal, largest distance of a
@@ -38,6 +40,7 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
     contacts: Mapping[str, Any] = next((each for each in report["contacts"] if each["gap"] == GAP), {})
     return {
         "sphere_count": report["sphere_count"],
+        "body_count": (report.get("bodies") or {}).get("body_count"),
         "asked": sum(asked) if asked and None not in asked else None,
         "mass": sum(masses) if None not in masses else None,
         "solid_fraction_filled": report["solid_fraction"]["filled"],

@@ -27,15 +27,16 @@ from pydantic_core import PydanticCustomError
 from packgen.units import UNITS, to_si
 
 __all__ = [
-    "Acceleration", "AxisIndex", "BedPath", "Count", "Density", "Direction", "FilePath", "Flag", "Fraction",
-    "Fractions", "Frequency", "InnerFraction", "Keys", "Length", "LengthUnit", "Lengths", "Mass", "Name",
-    "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point", "PoissonsRatio", "Positive",
-    "PositiveLength", "Pressure", "PrimitiveAxis", "Seed", "SolidVolume", "Tolerance", "Unit3", "Velocity",
-    "Where", "WholeNumber", "fault", "number", "plainly",
+    "Acceleration", "AxisIndex", "BedPath", "Count", "Density", "Direction", "FileOrCount", "FilePath",
+    "Flag", "Fraction", "Fractions", "Frequency", "InnerFraction", "Keys", "Length", "LengthUnit",
+    "Lengths", "Mass", "Name", "NonNegative", "NonNegativeLength", "Period", "Periodic", "Point",
+    "PoissonsRatio", "Positive", "PositiveLength", "Pressure", "PrimitiveAxis", "Seed", "SolidVolume",
+    "Tolerance", "Turning", "Unit3", "Velocity", "Where", "WholeNumber", "fault", "number", "plainly",
 ]  # fmt: skip
 
 ABOVE_ZERO = "greater than 0"
 NAME_RULE = "a name of at most 64 letters (A-Z, a-z), digits, _ - or ., with a letter, digit or _ first"
+MEMBERS_MAX = 1000  # spheres of one particle
 TILT_MIN = 1.0e-6  # component of a direction of gravity over the largest; a smaller one is rounding
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -235,6 +236,24 @@ def _bed_file(value: Any, info: ValidationInfo) -> Path:
     return _readable(inside if inside.is_file() else path)
 
 
+def _file_or_count(value: Any, info: ValidationInfo) -> Path | int:
+    """Return the path of a readable file, or a number of spheres of one particle."""
+    if isinstance(value, str):
+        return _file(value, info)
+    if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MEMBERS_MAX:
+        raise ValueError(f"the path of a file of spheres, or a whole number from 1 to {MEMBERS_MAX}")
+    return int(value)
+
+
+def _turning(value: Any) -> str | Unit3:
+    if isinstance(value, str) and value in ("random", "aligned"):
+        return value
+    try:
+        return _axis(value)
+    except ValueError as error:
+        raise ValueError(f"random, aligned, {error}") from error
+
+
 def _in_folder(value: str, info: ValidationInfo) -> Path:
     folder = info.context["folder"] if info.context else Path()
     return Path(folder) / value
@@ -252,10 +271,8 @@ def _readable(path: Path) -> Path:
         raise ValueError(f"a file that can be read; {error.strerror}: {path}") from error
 
 
-_ABOVE = {"exclusiveMinimum": 0}
-_FROM_0 = {"minimum": 0}
-_SHARE = {"minimum": 0, "maximum": 1}
-_INNER = {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
+_ABOVE, _FROM_0 = {"exclusiveMinimum": 0}, {"minimum": 0}
+_SHARE, _INNER = {"minimum": 0, "maximum": 1}, {"exclusiveMinimum": 0, "exclusiveMaximum": 1}
 
 
 def _numbers(quantity: str, **bounds: float) -> dict[str, Any]:
@@ -303,6 +320,9 @@ def plainly(kind: Any) -> Plainly:
 _LETTER = {"enum": ["x", "y", "z", 0, 1, 2]}
 _VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 _SIGNED = {"enum": ["x", "y", "z", "-x", "-y", "-z"]}
+_TURNED = {"enum": ["random", "aligned"]}
+_PATH = {"type": "string", "minLength": 1}
+_MEMBERS = {"type": "integer", "minimum": 1, "maximum": MEMBERS_MAX}
 _THREE_LENGTHS = {"type": "array", "items": _numbers("length"), "minItems": 3, "maxItems": 3}
 _THREE_VELOCITIES = {"type": "array", "items": _numbers("velocity"), "minItems": 3, "maxItems": 3}
 
@@ -369,6 +389,12 @@ Flag = Annotated[bool, BeforeValidator(_flag)]
 Name = Annotated[
     str, BeforeValidator(_name), WithJsonSchema({"type": "string", "pattern": f"^{_NAME.pattern}$"})
 ]
-FilePath = Annotated[Path, BeforeValidator(_file), WithJsonSchema({"type": "string", "minLength": 1})]
-BedPath = Annotated[Path, BeforeValidator(_bed_file), WithJsonSchema({"type": "string", "minLength": 1})]
+FilePath = Annotated[Path, BeforeValidator(_file), WithJsonSchema(_PATH)]
+BedPath = Annotated[Path, BeforeValidator(_bed_file), WithJsonSchema(_PATH)]
 LengthUnit = Literal["m", "cm", "mm", "um", "in", "ft"]
+FileOrCount = Annotated[
+    int | Path, BeforeValidator(_file_or_count), WithJsonSchema({"anyOf": [_MEMBERS, _PATH]})
+]
+Turning = Annotated[
+    str | Unit3, BeforeValidator(_turning), WithJsonSchema({"anyOf": [_TURNED, _SIGNED, _VECTOR]})
+]

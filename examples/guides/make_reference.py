@@ -34,7 +34,7 @@ from packgen.cli.sweep import build_sweep_parser
 from packgen.forecast import Forecast, SetForecast, ZoneForecast
 from packgen.reading import dump, extxyz, lammps_data, mfix, npz, vtk
 from packgen.reading import table as table_of_text
-from packgen.scene import document, models, sets
+from packgen.scene import document, models, sets, shapes
 from packgen.scene import walls as wall_models
 from packgen.summary import FIGURES, main_figures
 from packgen.summary import summary as summary_of_run
@@ -53,6 +53,7 @@ KINDS = {
     "Count": "whole number > 0",
     "Density": "density > 0 [kg/m3]",
     "Direction": "x, y, z (up), -x, -y, -z, or the vector that points down",
+    "FileOrCount": "file, relative to the scene, or a whole number from 1 to 1000",
     "FilePath": "file, relative to the scene",
     "Flag": "true or false",
     "Fraction": "number from 0 to 1",
@@ -82,6 +83,7 @@ KINDS = {
     "StartFrom": "file of spheres or result folder, or a mapping, see `start_from`",
     "Tile": "auto, or a number >= 20 of largest diameters",
     "Tolerance": "number between 0 and 1",
+    "Turning": "random, aligned, or an axis, such as z, -x or [1, 0, 1]",
     "Velocity": "[vx, vy, vz], velocities [m/s]",
     "WholeNumber": "whole number >= 0",
     "str": "text",
@@ -108,7 +110,9 @@ SECTIONS = {
     "MaterialSpec": "materials.NAME",
     "ValidationSpec": "validation",
     "ParticleSetSpec": "particle_sets[]",
+    "ShapeSpec": "shape",
 }
+OF_SETS = ("ParticleSetSpec", "ShapeSpec")
 FILES = (
     ("`bed.npz`", "the spheres as plain arrays, see below"),
     (
@@ -176,6 +180,8 @@ def kind(annotation: str) -> str:
     if many:
         one = kind(many[1] or many[2])
         return f"list of {one}" if many[1] else f"mapping of names to {one}"
+    if hasattr(shapes, annotation) and annotation not in SECTIONS and annotation not in KINDS:
+        return "mapping of lengths, see below"
     if annotation in SECTIONS:
         return f"mapping, see `{SECTIONS[annotation]}`"
     return KINDS[annotation]
@@ -223,13 +229,18 @@ def keys_of(model: type) -> str:
     return table(("key", "value", "default", "meaning")[:columns], [row[:columns] for row in rows])
 
 
+def is_shape(kind: Any) -> bool:
+    """Return whether a kind of value is a shape's mapping of lengths."""
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
 def scene_part() -> Iterator[str]:
     """The scene file."""
     yield "## The scene file\n"
     yield f"{summary(document.SceneFile)}\n"
     yield keys_of(document.SceneFile)
     for name, path in SECTIONS.items():
-        if name == "ParticleSetSpec":
+        if name in OF_SETS:
             continue
         model = getattr(wall_models if hasattr(wall_models, name) else models, name)
         yield f"### `{path}`\n\n{summary(model)}\n"
@@ -253,6 +264,15 @@ def scene_part() -> Iterator[str]:
         )
         rows.append((f"`{law}`", named, summary(model)))
     yield table(("law", "keys", "meaning"), rows)
+    yield f"### `shape`\n\n{summary(shapes.ShapeSpec)}\n"
+    yield keys_of(shapes.ShapeSpec)
+    yield "Shapes by name, and their lengths; the set's law scales them:\n"
+    rows = []
+    for name, field in shapes.ShapeSpec.model_fields.items():
+        model = next((each for each in typing.get_args(field.annotation) if is_shape(each)), None)
+        if model is not None:
+            rows.append((f"`{name}`", ", ".join(f"`{key}`" for key in model.model_fields), summary(model)))
+    yield table(("shape", "lengths", "meaning"), rows)
     yield "Units that a value may carry, the SI unit first:\n"
     yield table(
         ("quantity", "units"),

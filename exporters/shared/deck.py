@@ -17,6 +17,7 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader, StrictUndefined,
 from pydantic import BaseModel, ConfigDict
 
 from exporters.protocol import ALL_NEEDS
+from exporters.shared.clumps import refuse_clumps
 from packgen.bed import AnyBed, numbered
 from packgen.errors import ExportError
 
@@ -116,20 +117,25 @@ def provenance_values(bed: AnyBed) -> dict[str, str]:
     }
 
 
-def check_exportable(bed: AnyBed, solver: str, needs: Sequence[str] = ALL_NEEDS) -> None:
+def check_exportable(
+    bed: AnyBed, solver: str, needs: Sequence[str] = ALL_NEEDS, *, clumps: bool = False
+) -> None:
     """Refuse a bed that no solver can load, and one from elsewhere that lacks what the format writes.
 
     Args:
         bed: The bed.
         solver: What messages call the format.
         needs: What the format writes beside the spheres.
+        clumps: Whether the format has rigid clumps.
 
     Raises:
-        ExportError: The bed is empty, a position is not finite, a radius or density is not finite and
-            positive, or materials or walls are not known.
+        ExportError: The bed is empty, has clumps that the format has not, a position is not finite, a radius
+            or density is not finite and positive, or materials or walls are not known.
     """
     if bed.count == 0:
         raise ExportError(f"{solver}: the bed holds no spheres; {solver} cannot load an empty bed")
+    if not clumps:
+        refuse_clumps(bed, solver)
     problems: list[str] = []
     problems += _wrong_spheres(bed)
     problems += [

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exporters.shared import deck, table
+from exporters.shared.clumps import Clumps
 from exporters.shared.contact import Types
-from packgen.bed import AnyBed, numbered
+from packgen.bed import AnyBed, Bed, numbered
 
 # Both programs sort spheres by bins of half the neighbour distance and stop beyond 2^31 of them.
 SORT_BINS_MAX = 1.0e8
@@ -98,6 +99,72 @@ def write_data(bed: AnyBed, path: Path, types: Types, box: Float64Array) -> Path
                 ]  # fmt: skip
 
     return table.write_parts(path, parts(), head=head)
+
+
+def write_spheres(
+    bed: AnyBed, folder: Path, types: Types, box: Float64Array, clumps: Clumps | None, *, motion: bool
+) -> list[Path]:
+    """Write ``bed.data`` as `write_data` does, of a bed with clumps as `write_clumps` does."""
+    if clumps is None:
+        return [write_data(bed, folder / "bed.data", types, box)]
+    assert isinstance(bed, Bed)
+    return write_clumps(bed, folder, types, box, clumps, motion=motion)
+
+
+def write_clumps(
+    bed: Bed, folder: Path, types: Types, box: Float64Array, clumps: Clumps, *, motion: bool
+) -> list[Path]:
+    """Write ``bed.data`` in the style that has molecules, and what each body of ``clumps`` is.
+
+    Rows: ``id type x y z diameter density molecule`` and the images of the box; molecule 0 is no clump.
+    Bodies: ``clumps.infile``, whose rows have molecule, mass, centre of mass and inertia (xx yy zz xy xz yz),
+    and end as LAMMPS has it: velocity, angular momentum, image of the box. LIGGGHTS takes no more than the
+    first eleven.
+
+    Args:
+        bed: What is written.
+        folder: Where to.
+        types: Types of the sets.
+        box: Lower and upper corner of the box [m], shape (2, 3).
+        clumps: Its clumps.
+        motion: Whether the file of the bodies ends with their motion and images.
+    """
+    place, image = clumps.member.copy(), np.zeros((bed.count, 3), np.int64)
+    low, high = bed.container.bounds
+    for axis in np.flatnonzero(bed.container.periodic):
+        size = high[axis] - low[axis]
+        image[:, axis] = np.floor((place[:, axis] - low[axis]) / size)
+        along = place[:, axis] - size * image[:, axis]
+        place[:, axis] = np.where(along >= high[axis], low[axis], np.maximum(along, low[axis]))
+    columns = [
+        table.ids(bed), np.array(types.by_set, np.int64)[bed.set_index], *place.T, 2 * bed.radius,
+        clumps.density, clumps.molecule, *image.T,
+    ]  # fmt: skip
+    head = data_head(bed, types, box, [], "Atoms # hybrid")
+    data = table.write_rows(folder / "bed.data", columns, head=head)
+    return [data, _write_infile(folder / "clumps.infile", clumps, motion=motion)]
+
+
+def clump_values(clumps: Clumps | None, values: dict[str, Any]) -> dict[str, Any]:
+    """Return what both programs' templates place of clumps: ``clumps``, None where there are none.
+
+    Args:
+        clumps: The clumps of a bed.
+        values: What the template places besides.
+    """
+    if clumps is None:
+        return {"clumps": None}
+    # Ghosts have to reach over a whole body from the sphere that owns it.
+    cutoff = 2 * max(clumps.reach, values["radius_max"]) + 2 * values["skin"]
+    return {"clumps": {"count": clumps.count, "singles": clumps.has_singles, "cutoff": cutoff}}
+
+
+def _write_infile(path: Path, clumps: Clumps, *, motion: bool) -> Path:
+    inertia = clumps.inertia
+    zero = np.zeros(clumps.count, np.int64)
+    entries = [inertia[:, row, column] for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    columns = [clumps.row + 1, clumps.mass, *clumps.position.T, *entries, *(9 * [zero] if motion else [])]
+    return table.write_rows(path, columns, head=f"{clumps.count}\n")
 
 
 def data_head(bed: AnyBed, types: Types, box: Float64Array, counts: list[str], section: str) -> str:

@@ -97,6 +97,7 @@ def _bed_in_unit(bed: Bed, unit: float) -> Bed:
         bed,
         position=bed.position / unit,
         radius=bed.radius / unit,
+        bodies=None if bed.bodies is None else bed.bodies.scaled(1.0 / unit),
         gravity=bed.gravity * unit,
         container=_container(bed.container, unit),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.arrange.spheres import Spheres
+from packgen.arrange.spheres import Spheres, rows_of_bodies
 from packgen.arrays import Float64Array, Int64Array
 from packgen.portable import components, cube
 from packgen.supply.shares import largest_remainder
@@ -15,22 +15,26 @@ found no room, and taking out all that exceeds them would empty the zone."""
 
 
 def trimmed_to_shares(spheres: Spheres, shares: Float64Array, up: Float64Array) -> Spheres:
-    """Return a zone without the highest spheres of sets that have too many, so that the others match them.
+    """Return a zone without the highest spheres, or bodies, of sets that have too many.
 
     Args:
         spheres: The spheres of the zone.
         shares: Share of each set by number, shape (sets,), sum 1.
         up: Unit vector against gravity, shape (3,).
     """
-    surplus = surplus_of(np.bincount(spheres.set_index, minlength=len(shares)), shares)
-    kept = np.ones(len(spheres), bool)
-    altitude = components(spheres.position, up)
+    each = rows_of_bodies(spheres)
+    surplus = surplus_of(np.bincount(each.set_index, minlength=len(shares)), shares)
+    kept = np.ones(len(each), bool)
+    altitude = components(each.position, up)
     for number in np.flatnonzero(surplus):
-        members = np.flatnonzero(spheres.set_index == number)
+        members = np.flatnonzero(each.set_index == number)
         highest = np.argsort(-altitude[members], kind="stable")[: surplus[number]]
         kept[members[highest]] = False
-    small = cube(spheres.radius[~kept]).sum() <= TRIM_SHARE * cube(spheres.radius).sum()
-    return spheres[kept] if small else spheres
+    if cube(each.radius[~kept]).sum() > TRIM_SHARE * cube(each.radius).sum():
+        return spheres
+    if each is not spheres and spheres.body_index is not None and each.body_index is not None:
+        return spheres[np.isin(spheres.body_index, each.body_index[kept])]
+    return spheres[kept]
 
 
 def surplus_of(count: Int64Array, shares: Float64Array) -> Int64Array:

@@ -11,6 +11,7 @@ import numpy as np
 from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrays import Float64Array
+from packgen.bodies import Form
 from packgen.geometry import Container, Shape, Slice
 from packgen.jamming import Jamming
 from packgen.search import Search
@@ -110,6 +111,8 @@ class ZoneTask:
         core_fraction: Solid fraction that its core would have with equal spheres; only of algorithms that
             make beds looser or denser. None: friction decides.
         loose_count: How many of the spheres at rest, the first ones, may move again near the surface.
+        forms: Shape of each set's particles, None: spheres; none at all: those of all sets are. The supply
+            then has the spheres of the particles' volumes.
     """
 
     index: int
@@ -122,6 +125,15 @@ class ZoneTask:
     gap: Gap = Gap()
     core_fraction: float | None = None
     loose_count: int = 0
+    forms: tuple[Form | None, ...] = ()
+
+    @property
+    def of_clumps(self) -> bool:
+        """Whether any of its particles are clumps."""
+        return any(
+            form is not None and share > 0.0
+            for form, share in zip(self.forms, self.supply.shares, strict=bool(self.forms))
+        )
 
     def generator(self) -> np.random.Generator:
         """Return a new source of randomness, the same one each time."""

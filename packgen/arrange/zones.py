@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from packgen.arrange.proportions import trimmed_to_shares
-from packgen.arrange.spheres import Spheres, joined
+from packgen.arrange.spheres import Spheres, count_of_bodies, joined
 from packgen.arrange.task import FillZone, Task, of_whole_run
 from packgen.errors import PackingError
 from packgen.geometry import Mesh, Polyhedron
@@ -29,12 +29,13 @@ def fill_zones(task: Task, fill: FillZone) -> Spheres:
     Raises:
         PackingError: A zone lies outside the container, or nothing at all could be placed.
     """
-    spheres, before = task.earlier, len(task.earlier)
+    spheres, before = task.earlier, count_of_bodies(task.earlier)
     batch = int(spheres.batch_index.max(initial=-1)) + 1
     for zone in task.zones:
         if zone.supply.finished:
             continue
-        tell = of_whole_run(task.on_progress, len(spheres) - before, task.sphere_count, batch)
+        placed = count_of_bodies(spheres) - before
+        tell = of_whole_run(task.on_progress, placed, task.sphere_count, batch)
         filled = fill(zone, spheres, zone.generator(), tell)
         zone.supply.go_on_from(filled.supply)
         added = replace(filled.spheres, batch_index=filled.spheres.batch_index + np.int32(batch))
@@ -43,7 +44,7 @@ def fill_zones(task: Task, fill: FillZone) -> Spheres:
         if filled.earlier is not None:
             spheres = replace(spheres, position=filled.earlier)
         spheres, batch = joined([spheres, added]), batch + filled.batch_count
-    if len(spheres) == before:
+    if len(spheres) == len(task.earlier):
         raise PackingError(_nothing_fits(task))
     return spheres
 

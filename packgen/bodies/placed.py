@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
+from packgen.bodies.columns import body_starts
 from packgen.bodies.template import Template
 
-__all__ = ["SINGLE", "Bodies", "members_of", "rotations"]
+__all__ = ["SINGLE", "Bodies", "has_members", "joined_rows", "members_of", "rotations"]
 
 SINGLE = -1
 """Number in ``template_index`` of a body that is one sphere: its scale is its radius."""
@@ -58,6 +60,16 @@ class Bodies:
             self.orientation[chosen],
         )
 
+    def scaled(self, factor: float) -> Bodies:
+        """Return the bodies with all lengths multiplied by a factor, places included."""
+        return Bodies(
+            self.templates,
+            self.template_index,
+            factor * self.scale,
+            factor * self.position,
+            self.orientation,
+        )
+
     @property
     def sphere_count(self) -> Int64Array:
         """Number of spheres of each body, shape (M,), int64."""
@@ -75,12 +87,32 @@ class Bodies:
         return np.cbrt(0.75 / np.pi * self.volume)
 
     @property
+    def size(self) -> Float64Array:
+        """The same, alike on all machines, by ``Template.equivalent_radius`` [m], shape (M,), float64."""
+        units = np.array([*(each.equivalent_radius for each in self.templates), 1.0])
+        return np.asarray(units[self.template_index] * self.scale)
+
+    @property
+    def reach(self) -> Float64Array:
+        """Radius of the sphere about each centre of mass that holds the body [m], shape (M,), float64."""
+        units = np.array([*(each.reach for each in self.templates), 1.0])
+        return np.asarray(units[self.template_index] * self.scale)
+
+    @property
     def inertia(self) -> Float64Array:
         """Inertia about each centre of mass in the bed's axes, a unit of density [m5], shape (M, 3, 3)."""
         ball = 8.0 / 15.0 * np.pi * np.eye(3)
         units = np.array([*(each.inertia for each in self.templates), ball])[self.template_index]
         turn = rotations(self.orientation)
         return np.asarray(turn @ units @ turn.transpose(0, 2, 1) * self.scale[:, None, None] ** 5)
+
+
+def has_members(bodies: Bodies, body_index: Int32Array) -> bool:
+    """Return whether each body has as many spheres as its template, by the row of each sphere's body (N,)."""
+    if len(body_index) and not (body_index.min() >= 0 and body_index.max() < len(bodies)):
+        return False
+    found = np.bincount(body_index, minlength=len(bodies))
+    return bool((found == bodies.sphere_count).all()) and len(body_starts(body_index)) == len(bodies)
 
 
 def rotations(orientation: Float64Array) -> Float64Array:
@@ -116,3 +148,25 @@ def members_of(bodies: Bodies) -> tuple[Float64Array, Float64Array, Int32Array]:
     scale = bodies.scale[owner]
     centre = bodies.position[owner] + scale[:, None] * turned
     return centre, scale * unit[:, 3], owner.astype(np.int32)
+
+
+def joined_rows(parts: Sequence[Bodies]) -> Bodies:
+    """Return several lists of bodies as one; a template that several have comes once."""
+    templates: list[Template] = []
+    index = []
+    for part in parts:
+        place = {}
+        for number, template in enumerate(part.templates):
+            found = next((k for k, each in enumerate(templates) if each is template), len(templates))
+            if found == len(templates):
+                templates.append(template)
+            place[number] = found
+        table = np.array([*(place[number] for number in range(len(place))), SINGLE], np.int32)
+        index.append(table[part.template_index])
+    return Bodies(
+        tuple(templates),
+        np.concatenate(index),
+        np.concatenate([part.scale for part in parts]),
+        np.concatenate([part.position for part in parts]),
+        np.concatenate([part.orientation for part in parts]),
+    )

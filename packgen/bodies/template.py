@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from packgen.arrays import Float64Array, read_only
 from packgen.bodies.mass import MassProperties
+from packgen.portable import cube_root
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,6 +52,11 @@ class Template:
         return self.properties.equivalent_diameter
 
     @property
+    def equivalent_radius(self) -> float:
+        """Radius of the sphere of the body's volume [m], alike on all machines."""
+        return cube_root(self.volume / (4.0 / 3.0 * math.pi))
+
+    @property
     def reach(self) -> float:
         """Radius of the sphere about the centre of mass that holds all spheres [m]."""
         return float((np.linalg.norm(self.spheres[:, :3], axis=1) + self.spheres[:, 3]).max())
@@ -63,3 +70,12 @@ class Template:
             self.inertia * factor**5,
             self.place * factor,
         )
+
+
+def is_sphere(template: Template) -> bool:
+    """Return whether a template is a sphere: one about its centre of mass, and no other body."""
+    if template.count > 1:
+        return False
+    x, y, z, radius = template.spheres[0]
+    off = math.sqrt(x * x + y * y + z * z)
+    return bool(off <= 1e-9 * radius and abs(template.equivalent_radius / radius - 1.0) <= 1e-9)

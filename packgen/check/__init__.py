@@ -6,18 +6,19 @@ its own. A bed is judged here and nowhere else.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from packgen.arrays import BoolArray, ExactSum, Float64Array, Int64Array
 from packgen.bed import Bed, EarlierBed
+from packgen.check.bodies import BodyCheck, check_bodies
 from packgen.check.pairs import near_pairs
 from packgen.check.parts import part_name_beside
 from packgen.check.walls import wall_clearance
 from packgen.part import Part
 
-__all__ = ["Check", "Checker", "NewOverlaps", "check_bed", "near_pairs", "wall_clearance"]
+__all__ = ["BodyCheck", "Check", "Checker", "NewOverlaps", "check_bed", "near_pairs", "wall_clearance"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,8 @@ class Check:
             each other by ``earlier_tolerance``, the new ones nothing by more than ``tolerance``.
         earlier_tolerance: Largest overlap of two spheres that were there before, or of one with a wall; None:
             any.
+        bodies: Whether the spheres of rigid bodies stand where these have them; None of a bed without, and of
+            one in pieces.
     """
 
     overlap_max: float
@@ -77,6 +80,7 @@ class Check:
     worst_wall_part: str | None = None
     new: NewOverlaps | None = None
     earlier_tolerance: float | None = None
+    bodies: BodyCheck | None = None
 
     @property
     def within_tolerance(self) -> bool:
@@ -97,6 +101,8 @@ class Check:
                 else f"{self.outside_count:,} spheres lie outside the container, "
                 f"sphere {self.worst_wall_sphere} farthest"
             )
+        if self.bodies is not None:
+            lines += self.bodies.faults()
         if self.new is None:
             return (*lines, *_excess(self, self.tolerance))
         return (*lines, *_excess(self.new, self.tolerance), *self._earlier_excess(self.new))
@@ -205,7 +211,7 @@ def check_bed(bed: Bed, clearance: Float64Array | None = None) -> Check:
     """
     check = Checker(bed.tolerance, bed.earlier)
     check.add(Part.whole(bed), clearance)
-    return check.result()
+    return replace(check.result(), bodies=check_bodies(bed))
 
 
 class Checker:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for scipy
     from packgen.bed import AnyBed
     from packgen.geometry import Container
     from packgen.scene import Scene
+    from packgen.scene.sets import SetKeys
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +98,7 @@ def outlook_of(scene: Scene, container: Container) -> Outlook:
     names = {each.material for each in used}
     if not all(container.periodic):
         names |= {scene.wall_material, *(each.material for each in container.parts)}
-    bounds = [each.distribution.radius_bounds for each in used]
+    bounds = [_sphere_bounds(each) for each in used]
     return Outlook(
         container=container,
         gravity=scene.gravity * np.asarray(scene.gravity_direction, np.float64),
@@ -109,7 +110,17 @@ def outlook_of(scene: Scene, container: Container) -> Outlook:
         radius_max=max(high for _, high in bounds),
         place=scene.marked.place,
         wall_material=scene.wall_material,
+        clumps=any(each.form is not None for each in used),
     )
+
+
+def _sphere_bounds(each: SetKeys) -> tuple[float, float]:
+    """Return the smallest and the largest radius that a sphere of a set may have [m]."""
+    low, high = each.distribution.radius_bounds
+    if each.form is None:
+        return low, high
+    radius = each.form.template.spheres[:, 3] / each.form.template.equivalent_radius
+    return low * float(radius.min()), high * float(radius.max())
 
 
 def outlook_of_bed(bed: AnyBed, place: Place) -> Outlook:
@@ -120,6 +131,7 @@ def outlook_of_bed(bed: AnyBed, place: Place) -> Outlook:
         place: Returns where a value of the scene, or of what stands for it, is.
     """
     from exporters import Outlook
+    from packgen.bed import Bed, has_clumps
 
     counts = bed.census.counts
     used = {each.material for each, count in zip(bed.particle_sets, counts, strict=True) if count}
@@ -134,6 +146,7 @@ def outlook_of_bed(bed: AnyBed, place: Place) -> Outlook:
         radius_max=max(bed.census.radius_max),
         place=place,
         wall_material=bed.wall_material,
+        clumps=isinstance(bed, Bed) and has_clumps(bed),
     )
 
 
@@ -143,8 +156,13 @@ def check_formats(formats: Mapping[str, Format], outlook: Outlook) -> None:
     Raises:
         ExportError: Some formats refuse it; the reasons of all.
     """
+    from exporters.shared.clumps import WAYS
+
     problems = []
     for name, each in formats.items():
+        if outlook.clumps and not each.exporter.CLUMPS:
+            problems.append(f"{name}: the particles are clumps, which {name} does not write; {WAYS}")
+            continue
         try:
             each.exporter.check_outlook(outlook, each.options)
         except ExportError as error:

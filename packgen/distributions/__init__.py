@@ -8,8 +8,9 @@ from packgen.distributions.by_mass import RosinRammler, Sieve
 from packgen.distributions.by_number import Constant, Lognormal, Normal, Uniform
 from packgen.distributions.free import Free
 from packgen.distributions.listed import Discrete, Listed
+from packgen.distributions.scaled import scaled
 
 __all__ = [
     "UNIT_VOLUME", "Constant", "Discrete", "Distribution", "Free", "Listed", "Lognormal", "Normal",
-    "ParameterError", "RosinRammler", "Sieve", "Uniform",
+    "ParameterError", "RosinRammler", "Sieve", "Uniform", "scaled",
 ]  # fmt: skip

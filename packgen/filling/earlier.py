@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from packgen.arrange.spheres import Spheres
-from packgen.bed import Bed, EarlierBed
+from packgen.bed import Bed, EarlierBed, has_clumps
 from packgen.bedfile import plain
 from packgen.check import check_bed, wall_clearance
 from packgen.distributions import Free
@@ -79,6 +79,11 @@ def earlier_bed(scene: Scene, container: Container, warn: Callable[[str], None])
         return None
     loose = _loose(scene, container)
     spheres, bed = _read(scene, container, warn)
+    if has_clumps(bed):
+        raise PackingError(
+            f"{scene.named('start_from')}: found a bed with clumps, expected one of spheres: nothing new is "
+            "placed beside clumps"
+        )
     _warn_of_sizes(scene, bed, warn)
     tolerance = None if scene.soft_materials else DEM_TOLERANCE
     overlap_max = _judge(scene, bed, tolerance, warn)

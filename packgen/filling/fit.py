@@ -11,6 +11,7 @@ import numpy as np
 from packgen.arrange.registry import BUILTIN
 from packgen.container.load import load_location
 from packgen.errors import GeometryError, PackingError
+from packgen.filling.clumps import has_clumps
 from packgen.filling.densest import Sizes, densest_ordered, densest_random, poured_fraction, together
 from packgen.filling.room import Locations, narrowest, room_of, width_of
 from packgen.filling.unit_remarks import extent_text, units_remark
@@ -193,6 +194,8 @@ class Amounts:
 
     def _densest(self, room: float, width: float, sizes: Sizes) -> float:
         """Return the solid fraction of a volume [m3] of some least extent [m] that sizes cannot exceed."""
+        if has_clumps(self._scene):
+            return 1.0  # blocks fit each other better than any spheres
         if self._scene.algorithm in BUILTIN:
             return densest_random(room, width, sizes)
         return densest_ordered(room, sizes)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from packgen.arrange.crew import Crew
+from packgen.arrange.spheres import in_rows, rows_of_bodies
 from packgen.arrange.task import Listener, Outcome, Task
 from packgen.arrays import Float64Array
 from packgen.bed import Bed, ParticleSet
@@ -118,9 +119,9 @@ def pack(
         made, reached = _made(ready), None
     else:
         made, reached = as_dense(ready.aim, partial(_made, ready))
-    spheres, zones = made.outcome.spheres, made.task.zones
-    placed = np.bincount(spheres.zone_index, minlength=len(zones)).tolist()
-    solid = np.bincount(spheres.zone_index, UNIT_VOLUME * cube(spheres.radius), len(zones)).tolist()
+    each, zones = rows_of_bodies(made.outcome.spheres), made.task.zones
+    placed = np.bincount(each.zone_index, minlength=len(zones)).tolist()
+    solid = np.bincount(each.zone_index, UNIT_VOLUME * cube(each.radius), len(zones)).tolist()
     results = zone_results(ready, made.task, placed, solid)
     if ready.aim is not None:
         asked = ready.aim.asked
@@ -172,7 +173,7 @@ def zone_results(
 
 
 def _bed(ready: Prepared, outcome: Outcome) -> Bed:
-    scene, earlier, spheres = ready.scene, ready.earlier, outcome.spheres
+    scene, earlier, spheres = ready.scene, ready.earlier, in_rows(outcome.spheres)
     provenance = provenance_of(scene)
     if earlier is not None:
         provenance["start_from"] = earlier.told
@@ -187,6 +188,7 @@ def _bed(ready: Prepared, outcome: Outcome) -> Bed:
         provenance,
         spheres.body_index,
         None if earlier is None else earlier.mark,
+        spheres.bodies,
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from packgen.arrange.spheres import no_spheres
 from packgen.arrange.task import Algorithm, Listener, Setting, Task, ZoneTask, no_listener
 from packgen.container.load import load_container
 from packgen.errors import PackingError
+from packgen.filling.clumps import check_clumps, slenderness_of
 from packgen.filling.compacted import Aim, aim_of, falls, friction_of
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.earlier import Earlier, earlier_bed
@@ -75,6 +76,8 @@ class Prepared:
         seeds = [first, *first.spawn(len(scene.zones) - 1)]
         before = no_spheres() if self.earlier is None else self.earlier.spheres
         loose_count = len(before) if self.earlier is not None and self.earlier.loose else 0
+        forms = tuple(each.form for each in scene.particle_sets)
+        forms = forms if any(form is not None for form in forms) else ()
         zones = []
         for index, zone in enumerate(scene.zones):
             supply = Supply(zone, scene.particle_sets, np.random.default_rng(of_supplies[index]))
@@ -82,11 +85,11 @@ class Prepared:
             zones.append(
                 ZoneTask(
                     index, mark, self.locations[index], supply, friction, seeds[index], self.setting,
-                    gap_of(zone), core_fraction, loose_count,
+                    gap_of(zone), core_fraction, loose_count, forms,
                 )
             )  # fmt: skip
         widest = max(float(each.gap.half(np.array(each.supply.radius_max))) for each in zones)
-        check_periods(self.scene, self.setting.container, widest)
+        check_periods(self.scene, self.setting.container, slenderness_of(self.scene) * widest)
         tell = _of_try(self.on_progress, number)
         rng = np.random.default_rng(first)
         return Task(self.setting, tuple(zones), rng, tell, self.crew, earlier=before)
@@ -118,6 +121,7 @@ def prepared(
     scene = in_tiles(scene, shared=crew is not None)
     algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
     # A wrong unit makes spheres soft, too: it is told first.
+    check_clumps(scene, container, device)
     locations = checked_locations(scene, container, tell)
     plain, aim = aim_of(scene, container, locations)
     earlier = earlier_bed(scene, container, tell)

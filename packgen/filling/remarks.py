@@ -12,6 +12,7 @@ from packgen.bed import AnyBed, Bed
 from packgen.check.sides import free_standing_zones
 from packgen.check.support import hanging_zones
 from packgen.geometry import Shape, Slice
+from packgen.measure.particles import as_particles
 from packgen.supply.fitting import SumFit
 from packgen.supply.shares import mean_weights, number_shares, reached_amounts
 
@@ -70,7 +71,7 @@ def remarks(scene: Scene, bed: Bed, zones: Sequence[PackedZone]) -> tuple[str, .
         *_hanging(scene, bed, zones),
         *_free_standing(scene, bed, zones),
         *remarks_of_amounts(scene, zones),
-        *_off_shares(scene, bed, zones),
+        *_off_shares(scene, as_particles(bed), zones),
     )
 
 

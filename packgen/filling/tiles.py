@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from packgen.errors import PackingError
+from packgen.filling.clumps import has_clumps
 
 if TYPE_CHECKING:
     from packgen.scene import Scene
@@ -32,6 +33,13 @@ def in_tiles(scene: Scene, *, shared: bool) -> Scene:
         raise PackingError(
             f"{scene.named('algorithm')}: not supported yet with --workers, --scheduler or "
             f"params.tile: found {name}, expected COLLECTIVE_ARRANGEMENT by projection; {REMEDY}"
+        )
+    if has_clumps(scene):
+        index = next(k for k, each in enumerate(scene.particle_sets) if each.form is not None)
+        place = scene.named(f"particle_sets[{index}].shape")
+        raise PackingError(
+            f"{place}: found a clump, expected none: not supported yet "
+            f"with --workers, --scheduler or params.tile; {REMEDY}"
         )
     if tile is not None:
         return scene

@@ -17,6 +17,7 @@ from packgen.arrays import Float64Array
 from packgen.container.load import load_location
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackgenError
+from packgen.filling.clumps import check_clumps
 from packgen.filling.compacted import aim_of, falls, friction_of
 from packgen.filling.densest import Sizes, together
 from packgen.filling.densities import Density, densities, gap_of
@@ -132,6 +133,7 @@ def forecast(
         warnings.append(line)
         warn(line)
 
+    check_clumps(scene, container)
     locations = checked_locations(scene, container, tell)
     plain, aim = aim_of(scene, container, locations)
     asked, wanted = densities(plain, container, locations)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from packgen.bed import AnyBed, Bed
+from packgen.bed import AnyBed, Bed, has_clumps
 from packgen.measure.fraction import SolidFraction, against_gravity
 from packgen.measure.volumes import mean_diameter, wall_area_below
 from packgen.supply.close_packing import close_packing_fraction, wall_loss
@@ -37,9 +37,9 @@ def close_packing(bed: Bed, solid: SolidFraction) -> ClosePacking | None:
         solid: Its solid fractions.
 
     Returns:
-        The figures; None of a bed without spheres.
+        The figures; None of a bed without spheres, and of one with clumps.
     """
-    if bed.count == 0 or solid.filled_volume <= 0.0:
+    if bed.count == 0 or has_clumps(bed) or solid.filled_volume <= 0.0:
         return None
     return beside_close_packing(bed, solid, close_packing_fraction(bed.radius), mean_diameter(bed.radius))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import Float64Array, add_at, tallied
-from packgen.bed import Bed
+from packgen.bed import Bed, has_clumps
 from packgen.check import near_pairs, wall_clearance
 from packgen.part import Part
 
@@ -74,7 +74,8 @@ def contacts_and_gaps(
 ) -> tuple[tuple[Contacts, ...], Gaps]:
     """Return the contacts a sphere, and the gaps of all near pairs: both from one search.
 
-    Spheres of one body are neither in contact nor a near pair.
+    Spheres of one body are neither in contact nor a near pair. Of a bed with clumps the contacts are those a
+    clump, as `packgen.measure.bodies.body_contacts` has them.
 
     Args:
         bed: The bed.
@@ -85,6 +86,10 @@ def contacts_and_gaps(
     Returns:
         Contacts, one entry a gap of ``gaps``; pairs counted between `GAP_EDGES`.
     """
+    if has_clumps(bed):
+        from packgen.measure.bodies import body_contacts
+
+        return body_contacts(bed, clearance, gaps)
     counter = ContactCounter(gaps)
     counter.add(Part.whole(bed), clearance)
     return counter.result()

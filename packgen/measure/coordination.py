@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array, Int64Array, add_at
-from packgen.bed import Bed
+from packgen.bed import Bed, has_clumps
 from packgen.check import near_pairs
 from packgen.check.wall_contacts import wall_contacts
 from packgen.geometry import Mesh
@@ -73,9 +73,9 @@ def coordination(bed: Bed, clearance: Float64Array) -> Coordination | None:
         clearance: Distance of each centre from the nearest wall [m], exact up to 1.1 radii, shape (N,).
 
     Returns:
-        The contacts; None without spheres, or of more than `SPHERES_MAX`.
+        The contacts; None without spheres, with clumps, or of more than `SPHERES_MAX`.
     """
-    if not 0 < bed.count <= SPHERES_MAX:
+    if has_clumps(bed) or not 0 < bed.count <= SPHERES_MAX:
         return None
     gap, ends = _gaps(), _ends(Part.whole(bed), clearance)
     mean = _mean(_number(ends, gap), bed.count)

@@ -12,6 +12,7 @@ from packgen.bed import Bed
 from packgen.check import wall_clearance
 from packgen.check.mesh import MeshWalls
 from packgen.geometry import Box, Container, Mesh
+from packgen.measure.particles import particle_radius
 from packgen.measure.volumes import mean_diameter
 
 MARGINS = (2.0, 1.0, 0.5)  # wall distances to try, in mean diameters
@@ -72,7 +73,7 @@ def find_core(bed: Bed, up: Float64Array, top: float) -> Core | None:
     if bed.count == 0:
         return None
     some = bed.position[:: center_step(bed.count)]
-    return core_between_walls(bed.container, up, top, mean_diameter(bed.radius), np.asarray(some))
+    return core_between_walls(bed.container, up, top, mean_diameter(particle_radius(bed)), np.asarray(some))
 
 
 def center_step(count: int) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
 from packgen.measure.core import Core
+from packgen.measure.particles import as_particles
 from packgen.measure.volumes import mean_diameter
 
 REACH = 4.0  # mean diameters
@@ -40,6 +41,8 @@ def pair_correlation(
 ) -> PairCorrelation | None:
     """Return g(r) of the spheres with centres in the core of a bed, undisturbed by its faces.
 
+    Of clumps it is that of their centres of mass.
+
     A sphere near a face of the core has neighbours outside, which do not count; a pair that is x apart is
     therefore weighed by the share of the core in which both of its spheres could be, the product of
     ``1 - |x_k| / L_k`` over the edges (the translation correction of Ohser and Stoyan: Illian et al.,
@@ -58,6 +61,7 @@ def pair_correlation(
     """
     if core is None:
         return None
+    bed = as_particles(bed)
     inside = core.contains(bed.position)
     count = int(np.count_nonzero(inside))
     if count < SPHERES_MIN:

@@ -9,6 +9,7 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.bed import AnyBed, Bed, with_images
 from packgen.measure.core import Core, find_core
+from packgen.measure.particles import in_grains
 from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
 
 TOP_SHARE = 0.95
@@ -58,6 +59,8 @@ def solid_fraction(bed: Bed) -> SolidFraction:
 def solid_fraction_with(bed: Bed, core: Core | None) -> SolidFraction:
     """Return the solid fractions of a bed's filled volume and of a core that is known already.
 
+    Clumps count as wholes, overlaps of their spheres once; those that are cut, as `in_grains` has them.
+
     Args:
         bed: The bed.
         core: What `core_of` gives.
@@ -68,6 +71,7 @@ def solid_fraction_with(bed: Bed, core: Core | None) -> SolidFraction:
     up = against_gravity(bed)
     if bed.count == 0:
         return SolidFraction(float((bed.container.bounds @ up).min()), 0.0, 0.0, None, None, "no spheres")
+    bed = in_grains(bed)
     top = _top(bed, up)
     filled_volume = float(container_volume_below(bed.container, up, np.array([top]))[0])
     part = volume_below(bed.position @ up, bed.radius, top) if bed.rests else sphere_volume(bed.radius)
@@ -91,7 +95,7 @@ def core_of(bed: Bed) -> Core | None:
     if bed.count == 0:
         return None
     up = against_gravity(bed)
-    return find_core(bed, up, _top(bed, up))
+    return find_core(bed, up, _top(in_grains(bed), up))
 
 
 def _top(bed: Bed, up: Float64Array) -> float:

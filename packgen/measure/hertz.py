@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
-from packgen.bed import Bed, Material
+from packgen.bed import Bed, Material, has_clumps
+from packgen.measure.particles import member_mass, particle_count, particle_radius
 
 STANDARD_GRAVITY = 9.80665  # m/s2; for the weights in a bed without gravity
 
@@ -80,13 +81,20 @@ def gravity_strength(bed: Bed) -> float:
 
 
 def sphere_mass(bed: Bed) -> Float64Array:
-    """Return the mass of each sphere [kg], shape (N,)."""
+    """Return the mass of each sphere [kg], shape (N,); of one of a clump, its share of the clump's mass."""
+    if has_clumps(bed):
+        return member_mass(bed)
     return 4 / 3 * np.pi * bed.density * bed.radius**3
 
 
 def mean_weight(bed: Bed) -> float:
-    """Return the mean weight of a sphere [N], the unit in which forces are judged."""
-    return float(sphere_mass(bed).mean()) * gravity_strength(bed)
+    """Return the mean weight of a particle [N], a sphere or a clump: the unit in which forces are judged."""
+    return float(sphere_mass(bed).sum()) / particle_count(bed) * gravity_strength(bed)
+
+
+def mean_radius(bed: Bed) -> float:
+    """Return the mean radius of a particle [m], of a clump that of the sphere of its volume."""
+    return float(particle_radius(bed).mean())
 
 
 def rayleigh_time(bed: Bed) -> float:

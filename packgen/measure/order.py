@@ -10,9 +10,10 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, add_at, tallied
-from packgen.bed import Bed
+from packgen.bed import Bed, has_clumps
 from packgen.check import near_pairs, wall_clearance
 from packgen.measure.core import Core
+from packgen.measure.particles import as_particles
 from packgen.part import Part
 
 NEIGHBOUR_GAP = (
@@ -45,6 +46,8 @@ class LocalOrder:
 def local_order(bed: Bed, core: Core | None, clearance: Float64Array | None = None) -> LocalOrder:
     """Return how much of a bed is crystal: of the whole, along the walls, and in its core.
 
+    Clumps count by their centres of mass, and the radii of the spheres of their volumes.
+
     Args:
         bed: The bed.
         core: The core, such as `packgen.measure.core_of` gives.
@@ -55,7 +58,7 @@ def local_order(bed: Bed, core: Core | None, clearance: Float64Array | None = No
         The shares; all zero for a bed without spheres.
     """
     counter = OrderCounter(core)
-    counter.add(Part.whole(bed), clearance)
+    counter.add(Part.whole(as_particles(bed)), None if has_clumps(bed) else clearance)
     return counter.result()
 
 

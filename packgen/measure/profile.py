@@ -10,6 +10,7 @@ from packgen.arrays import Float64Array
 from packgen.bed import Bed, is_askew, with_images
 from packgen.geometry import Container
 from packgen.measure.fraction import against_gravity
+from packgen.measure.particles import in_grains, particle_radius
 from packgen.measure.volumes import container_volume_below, mean_diameter, sphere_volume, volume_below
 
 SLABS_MAX = 60
@@ -45,17 +46,19 @@ def height_profile(bed: Bed) -> HeightProfile:
     """
     if bed.container.cell is not None or (bed.endless and is_askew(bed.down, bed.container.periodic)):
         return HeightProfile((), ())
+    whole, bed = bed, in_grains(bed)
     sound = np.isfinite(bed.position).all(axis=1) & np.isfinite(bed.radius) & (bed.radius > 0.0)
     if not sound.any():
         return HeightProfile((), ())
     up = against_gravity(bed)
     position, radius = bed.position[sound], bed.radius[sound]
+    diameter = mean_diameter(radius) if whole is bed else mean_diameter(particle_radius(whole))
     corners = bed.container.surface.vertices @ up
     low, high = float(corners.min()), float((position @ up + radius).max())
     if not bed.rests:
         position, radius = with_images(bed, along=up)
         high = float(corners.max())
-    level = slab_bounds(low, high, mean_diameter(radius))
+    level = slab_bounds(low, high, diameter)
     return profile_of(bed.container, up, level, solid_below(position @ up, radius, level))
 
 

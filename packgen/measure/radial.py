@@ -13,6 +13,7 @@ from packgen.geometry import Container
 from packgen.measure.core import MARGINS
 from packgen.measure.cylinders import volume_in_cylinder_between
 from packgen.measure.fraction import against_gravity, bed_top
+from packgen.measure.particles import in_grains, particle_radius
 from packgen.measure.roundness import RoundPart, round_part
 from packgen.measure.volumes import mean_diameter
 
@@ -68,7 +69,8 @@ def radial_profile(bed: Bed) -> RadialProfile | None:
     part = round_part(bed.container, up)
     if part is None:
         return None
-    diameter = mean_diameter(bed.radius)
+    diameter = mean_diameter(particle_radius(bed))
+    bed = in_grains(bed)
     shells = shells_of(bed.container, part, diameter, bed_top(bed.position @ part.axis, bed.radius))
     if shells is None:
         return None

@@ -8,6 +8,7 @@ from packgen.arrays import Float64Array
 from packgen.bed import Bed, with_images
 from packgen.measure.core import Core
 from packgen.measure.fraction import solid_volume
+from packgen.measure.particles import in_grains, particle_radius
 from packgen.measure.radial import solid_in_cylinders
 from packgen.measure.volumes import container_volume_below, sphere_volume, volume_below
 
@@ -21,7 +22,7 @@ def container_fraction(bed: Bed) -> float:
     Returns:
         Volume of the spheres over the container's volume.
     """
-    return float(sphere_volume(bed.radius).sum()) / bed.container.volume
+    return float(sphere_volume(particle_radius(bed)).sum()) / bed.container.volume
 
 
 def box_fraction(bed: Bed, low: Float64Array, high: Float64Array) -> float:
@@ -43,7 +44,7 @@ def box_fraction(bed: Bed, low: Float64Array, high: Float64Array) -> float:
     if not (high > low).all():
         raise ValueError(f"box from {low} to {high}: expected a volume; give the lower corner first")
     box = Core(0.5 * (low + high), np.eye(3), 0.5 * (high - low), "a box")
-    position, radius = with_images(bed)
+    position, radius = with_images(in_grains(bed))
     return solid_volume(position, radius, box) / box.volume
 
 
@@ -69,7 +70,7 @@ def slab_fraction(bed: Bed, axis: Float64Array, low: float, high: float) -> floa
     room = float(np.diff(container_volume_below(bed.container, axis, np.array([low, high])))[0])
     if not room > 0.0:
         raise ValueError(f"slab from {low:g} to {high:g} m: the container has no volume there")
-    position, radius = with_images(bed, along=axis)
+    position, radius = with_images(in_grains(bed), along=axis)
     place = position @ axis
     solid = volume_below(place, radius, high).sum() - volume_below(place, radius, low).sum()
     return float(solid) / room
@@ -105,7 +106,7 @@ def shell_fraction(
         )
     axis = np.asarray(axis, dtype=np.float64)
     axis = axis / np.linalg.norm(axis)
-    position, radius = with_images(bed)
+    position, radius = with_images(in_grains(bed))
     inside, outside = solid_in_cylinders(
         position, radius, np.asarray(center, dtype=np.float64), axis, np.array([inner, outer]), bounds
     )

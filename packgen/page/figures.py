@@ -50,10 +50,10 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
     if new is not None:  # spheres that were there before may overlap each other by more
         limit, kind = overlap["earlier_tolerance"], "DEM bed, "
     figures = [
-        Figure(
-            "Spheres", f"{report['sphere_count']:,}",
+        *_counted(
+            report,
             f"{before + sum(asked):,}" if known else "until full" if asked else "",
-            _verdict(complete) if asked else "", "sphere_count", report["sphere_count"],
+            _verdict(complete) if asked else "",
         ),
         *_of_new(overlap),
         _bounded("Largest overlap of two spheres", overlap, "overlap_max", limit, kind),
@@ -81,7 +81,12 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
         gap = "no gap at all" if each["gap"] == 0 else f"gap up to {100 * each['gap']:g} % r"
         key = f"contacts.{place}.mean"
         figures.append(
-            Figure(f"Contacts a sphere, {gap}", f"{each['mean']:.2f}", key=key, exact=each["mean"])
+            Figure(
+                f"Contacts a {'particle' if report.get('bodies') else 'sphere'}, {gap}",
+                f"{each['mean']:.2f}",
+                key=key,
+                exact=each["mean"],
+            )
         )
     figures += _structure(report)
     for place, each in enumerate(report["sizes"]):
@@ -93,6 +98,27 @@ def key_figures(report: Mapping[str, Any]) -> list[Figure]:
                     f"Size curve of {each['name']}, off by", f"{100 * off:.2g} % by mass", key=key, exact=off
                 )
             )
+    return figures
+
+
+def _counted(report: Mapping[str, Any], asked: str, verdict: str) -> list[Figure]:
+    """Return the figures of how many spheres there are, and clumps, and of how these lie."""
+    spheres, bodies = report["sphere_count"], report.get("bodies")
+    if not bodies:
+        return [Figure("Spheres", f"{spheres:,}", asked, verdict, "sphere_count", spheres)]
+    count, clumps = bodies["body_count"], bodies["clump_count"]
+    figures = [
+        Figure("Particles", f"{count:,}", asked, verdict, "bodies.body_count", count),
+        Figure("Clumps among them", f"{clumps:,}", key="bodies.clump_count", exact=clumps),
+        Figure("Spheres of all particles", f"{spheres:,}", key="sphere_count", exact=spheres),
+    ]
+    for place, each in enumerate(bodies["shapes"]):
+        if each["order"] is not None:
+            angle = each["angle_to_gravity"]
+            told = "" if angle is None else f", {angle:.1f}°"
+            label = f"Order of the {each['axis']} axes of {each['name']}, angle to gravity (random: 0, 57.3°)"
+            key = f"bodies.shapes.{place}.order"
+            figures.append(Figure(label, f"{each['order']:.3f}{told}", key=key, exact=each["order"]))
     return figures
 
 
@@ -241,6 +267,7 @@ def solver_reports(validation: Mapping[str, Any]) -> list[SolverReport]:
             _filled(StepZero, each["step_zero"]),
             _filled(GravityRun, each["gravity_run"]),
             _filled(Limits, each["limits"]),
+            each.get("body_count"),
         )
         for solver, each in validation.get("solvers", {}).items()
     ]

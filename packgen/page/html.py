@@ -47,6 +47,7 @@ def report_html(
     """
     sets = [each["name"] for each in report["sets"]]
     colours = [("set", "set"), ("zone", "zone"), ("batch", "batch"), ("radius", "radius")]
+    colours += [("body", "body")] if "body" in view else []
     one_size = view["radius_max"] - view["radius_min"] <= 1e-9 * view["radius_max"]
     return environment().get_template("report.html.j2").render(
         name=name,
@@ -58,7 +59,7 @@ def report_html(
         plots=[_safe(each) for each in plots(report, validation)],
         view=view,
         colours=colours,
-        colour="set" if len(sets) > 1 else "batch" if one_size else "radius",
+        colour="set" if len(sets) > 1 else "body" if "body" in view else "batch" if one_size else "radius",
         facts=_facts(report),
         settings=json.dumps(report["settings"], indent=2, ensure_ascii=False),
         report_data=inside_script(report),
@@ -109,16 +110,17 @@ def _facts(report: Mapping[str, Any]) -> list[tuple[str, str]]:
     if params.get("optimizer") and "algorithm" in settings:
         tiled = ", in tiles" if params.get("tile") else ""
         rows.append(("Algorithm", f"{settings['algorithm']}, optimiser {params['optimizer']}{tiled}"))
+    kind = "particles" if report.get("bodies") else "spheres"
     rows.append(("Version", f"packgen {report['packgen']}"))
     rows += [
         (
             f"Set {each['name']}",
-            f"{each['count']:,} spheres, {each['volume']:.6g} m³, {mass_text(each['mass'])}",
+            f"{each['count']:,} {kind}, {each['volume']:.6g} m³, {mass_text(each['mass'])}",
         )
         for each in report["sets"]
     ]
     rows += [
-        (f"Zone {place}", f"{each['placed']:,} spheres of {_wanted(each['asked'])}")
+        (f"Zone {place}", f"{each['placed']:,} {kind} of {_wanted(each['asked'])}")
         for place, each in enumerate(report["zones"])
     ]
     rows += [(f"Time, {stage}", f"{seconds:.2f} s") for stage, seconds in report["timings"].items()]

@@ -167,10 +167,14 @@ def _contact_plot(report: Mapping[str, Any]) -> Plot | None:
     entry = next((each for each in report["contacts"] if each["gap"] == 0.01), None)
     if entry is None or not entry.get("spread"):
         return None
-    share = [100.0 * count / max(report["sphere_count"], 1) for count in entry["spread"]]
-    title = "Contacts a sphere"
+    bodies = report.get("bodies")
+    one, several = ("particle", "particles") if bodies else ("sphere", "spheres")
+    total = bodies["body_count"] if bodies else report["sphere_count"]
+    share = [100.0 * count / max(total, 1) for count in entry["spread"]]
+    title = f"Contacts a {one}"
     names = [str(number) for number in range(len(share))]
-    drawing = svg.bars(title, "sphere contacts, gaps up to 1 % of the radius", "spheres [%]", names, share)
+    about = f"{one} contacts, gaps up to 1 % of the radius"
+    drawing = svg.bars(title, about, f"{several} [%]", names, share)
     return Plot(title, f"Mean {entry['mean']:.2f}; walls are not counted.", drawing)
 
 

@@ -27,7 +27,8 @@ def draw(spheres: Spheres, names: list[str], picture: Path, *, half: bool) -> No
     Args:
         spheres: The spheres.
         names: Names of the particle sets; spheres are coloured by set where there are several, else by
-            radius, equal spheres by batch. Those of one set that are equal and came at once have one colour.
+            radius, equal spheres by batch, and bodies of several spheres by body. Those of one set that are
+            equal and came at once have one colour.
         picture: PNG file to write.
         half: Whether the spheres with centres in front of the bed's middle are left out.
     """
@@ -85,7 +86,10 @@ def _add_spheres(
     kinds = np.unique(spheres.set_index)
     looks: dict[str, Any]
     one_size = np.ptp(spheres.radius) <= 1e-9 * spheres.radius.max()
-    if len(kinds) > 1 or (one_size and np.ptp(spheres.batch_index) == 0):
+    if len(kinds) == 1 and spheres.body_index is not None:
+        cloud["colour"] = _rgb(np.unique(spheres.body_index, return_inverse=True)[1][seen])
+        looks = {"scalars": "colour", "rgb": True}
+    elif len(kinds) > 1 or (one_size and np.ptp(spheres.batch_index) == 0):
         cloud["colour"] = _rgb(spheres.set_index[seen])
         looks = {"scalars": "colour", "rgb": True}
         for line, each in enumerate(reversed(kinds)):  # VTK's own legend cuts long names off

@@ -24,6 +24,7 @@ SHOWN_MAX = 480_000  # spheres in a page: 4.5 MB of text
 PLACES = 65_535  # steps of a coordinate in a page
 SIZES = 255  # steps of the logarithm of a radius in a page
 
+BODY_COLOURS = 8  # by which bodies are told apart
 BATCHES_MAX = 4_000  # batches that a page tells apart
 FRAME_MAX = 1.5  # how far the picture reaches beyond a bed for the sake of its vessel, in sizes of the bed
 
@@ -40,6 +41,7 @@ class Spheres:
         batch_index: Batch of each sphere, shape (N,), int32.
         up: Unit vector against gravity, shape (3,), float64.
         container: The vessel; None: not known.
+        body_index: Body of each sphere, shape (N,), int32; None: each sphere is a body.
     """
 
     position: Float64Array
@@ -49,13 +51,14 @@ class Spheres:
     batch_index: Int32Array
     up: Float64Array
     container: Container | None = None
+    body_index: Int32Array | None = None
 
 
 def spheres_of(bed: Bed) -> Spheres:
     """Return the spheres of a bed."""
     return Spheres(
         bed.position, bed.radius, bed.set_index, bed.zone_index, bed.batch_index, against_gravity(bed),
-        bed.container if bed.container.walls_known else None,
+        bed.container if bed.container.walls_known else None, bed.body_index,
     )  # fmt: skip
 
 
@@ -87,7 +90,7 @@ def read_spheres(
         container = cell_container(found.cell)
     return Spheres(
         found.position, found.radius, found.set_index, found.zone_index, found.batch_index,
-        up / float(np.linalg.norm(up)) + 0.0, container,
+        up / float(np.linalg.norm(up)) + 0.0, container, found.body_index,
     )  # fmt: skip
 
 
@@ -107,8 +110,9 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         which come first; ``half``, half the bed's extents [m]; ``span``, half the extents of the centres [m];
         ``radius_min`` and ``radius_max`` [m]; ``labels``, runs of spheres as (count, set, zone, batch); and
         as base64: ``place`` uint16 (x, y, z), from -span to span, and ``size`` uint8, from the smallest
-        radius to the largest. Of a vessel that is known, ``outlines`` (see `packgen.page.outline.line_data`),
-        and ``frame``, ``middle`` and ``half`` of what is to be seen [m].
+        radius to the largest; where spheres belong to bodies ``body`` uint8, a number from 0 to 7 by which
+        bodies have their colours. Of a vessel that is known, ``outlines`` (see
+        `packgen.page.outline.line_data`), and ``frame``, ``middle`` and ``half`` of what is to be seen [m].
     """
     sound = np.flatnonzero(
         np.isfinite(spheres.position).all(axis=1) & np.isfinite(spheres.radius) & (spheres.radius > 0.0)
@@ -144,8 +148,17 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         "labels": _runs(np.stack([inside, group, zone, batch], axis=1)[order]),
         "place": _base64(np.rint(PLACES * place).astype("<u2")),
         "size": _base64(np.rint(SIZES * share[order]).astype("u1")),
+        **_body_colours(spheres, own[order]),
         **_vessel(spheres, low, high),
     }
+
+
+def _body_colours(spheres: Spheres, shown: Int64Array) -> dict[str, Any]:
+    """Return the colour of the body of each shown sphere; bodies that come one after the other differ."""
+    if spheres.body_index is None:
+        return {}
+    body = np.unique(spheres.body_index, return_inverse=True)[1]
+    return {"body": _base64((body[shown] % BODY_COLOURS).astype("u1"))}
 
 
 def _vessel(spheres: Spheres, low: Float64Array, high: Float64Array) -> dict[str, Any]:

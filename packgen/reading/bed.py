@@ -131,6 +131,7 @@ def complete_bed(
         provenance_of(spheres.path, spheres.format, known.provenance, walls_known=vessel.walls_known),
         spheres.body_index,
         None if zones is None else earlier_by_provenance(spheres.provenance),
+        spheres.bodies,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array
+from packgen.bodies import Bodies, bodies_of_arrays, has_members
 from packgen.reading.faults import Faults, fault
 from packgen.reading.known import set_names
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
@@ -44,6 +45,7 @@ def read_npz(path: Path) -> SphereFile:
         raise fault(path, "no spheres", "at least one")
     index = {name: arrays[name].astype(np.int32, copy=False) for name in INDICES if name in arrays}
     provenance = _provenance(arrays.get("provenance"))
+    bodies = _bodies(path, arrays, index.get("body_index"))
     return SphereFile(
         path,
         "numpy archive",
@@ -54,6 +56,7 @@ def read_npz(path: Path) -> SphereFile:
         batch_index=index.get("batch_index"),
         body_index=index.get("body_index"),
         cell=_cell(path, arrays.get("cell")),
+        bodies=bodies,
         provenance=provenance,
     )
 
@@ -78,6 +81,23 @@ def _groups(index: Int32Array | None, names: tuple[str, ...]) -> Groups | None:
     if index is None:
         return None
     return Groups(index.astype(np.int64), "set", names if index.max() < len(names) else ())
+
+
+def _bodies(path: Path, arrays: Mapping[str, Any], body_index: Int32Array | None) -> Bodies | None:
+    """Return the bodies that are stored, whose rows are the numbers of ``body_index``.
+
+    Raises:
+        ReadError: They are not sound, or not those of the spheres.
+    """
+    try:
+        bodies = bodies_of_arrays(arrays)
+    except ValueError as error:
+        raise fault(path, str(error), "bodies as packgen stores them", remedy=REMEDY) from error
+    if bodies is None:
+        return None
+    if body_index is None or not has_members(bodies, body_index):
+        raise fault(path, f"{len(bodies)} bodies that are not those of body_index", "a row a body")
+    return bodies
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
+from packgen.bodies import Bodies
 from packgen.reading.faults import Faults, fault
 
 INT32_MAX = 2**31 - 1
@@ -66,6 +67,7 @@ class SphereFile:
         zone_index: Zone of each sphere, shape (N,), int32.
         batch_index: Batch of each sphere, shape (N,), int32.
         body_index: Body of each sphere, shape (N,), int32.
+        bodies: Shape, place and orientation of each body, by ``body_index``.
         cell: The box that wraps around, where one does.
         digits: How many digits the positions have, at most.
         provenance: Version, scene, seed and settings of a bed that packgen made.
@@ -81,6 +83,7 @@ class SphereFile:
     zone_index: Int32Array | None = None
     batch_index: Int32Array | None = None
     body_index: Int32Array | None = None
+    bodies: Bodies | None = None
     cell: Cell | None = None
     digits: int | None = None
     provenance: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -98,7 +101,9 @@ class SphereFile:
         if cell is not None:
             vectors = None if cell.vectors is None else scale * cell.vectors
             cell = Cell(scale * cell.bounds, cell.periodic, vectors)
-        return replace(self, position=scale * self.position, radius=scale * self.radius, cell=cell)
+        bodies = None if self.bodies is None else self.bodies.scaled(scale)
+        position, radius = scale * self.position, scale * self.radius
+        return replace(self, position=position, radius=radius, bodies=bodies, cell=cell)
 
 
 def from_columns(path: Path, kind: str, columns: Mapping[str, Float64Array], **known: Any) -> SphereFile:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from packgen.arrays import Int64Array
+from packgen.arrays import Float64Array, Int64Array
 from packgen.bed import Bed
+from packgen.bodies import Bodies, members_of
 
 
 def periods(bed: Bed) -> Int64Array:
@@ -26,3 +29,18 @@ def periods(bed: Bed) -> Int64Array:
         if length is not None:
             moves[:, axis] = -np.rint(apart[:, axis] / length).astype(np.int64)
     return moves
+
+
+def bodies_beside(bed: Bed, position: Float64Array) -> Bodies | None:
+    """Return the bodies of a bed whose spheres were moved as wholes, each beside its first sphere.
+
+    Args:
+        bed: The bed.
+        position: Where its spheres are now, turned by nothing [m], shape (N, 3).
+    """
+    if bed.bodies is None or bed.body_index is None:
+        return None
+    first = np.unique(bed.body_index, return_index=True)[1]
+    members, _, owner = members_of(bed.bodies)
+    apart = members[np.searchsorted(owner, np.arange(len(bed.bodies)))] - bed.bodies.position
+    return replace(bed.bodies, position=position[first] - apart)

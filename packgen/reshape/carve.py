@@ -23,7 +23,7 @@ from packgen.check.mesh import MeshWalls
 from packgen.container.inner_wall import with_inner_wall
 from packgen.errors import GeometryError
 from packgen.geometry import Container, Mesh, Surface
-from packgen.reshape.bodies import periods
+from packgen.reshape.bodies import bodies_beside, periods
 
 TOLERANCE = 1.0e-6  # of a bed that has none
 IMAGES_MAX = 10_000  # of a box that wraps around
@@ -178,7 +178,12 @@ def _closed(mesh: Container) -> Surface:
 
 
 def _selected(bed: Bed, position: Float64Array, kept: BoolArray) -> Bed:
-    """Return the chosen spheres, in the order that they have."""
+    """Return the chosen spheres, in the order that they have; of bodies that are known, whole ones only."""
+    index, bodies = None if bed.body_index is None else bed.body_index[kept], bodies_beside(bed, position)
+    if index is not None and bodies is not None:
+        row, numbers = np.unique(index, return_inverse=True)
+        index = numbers.astype(np.int32)
+        bodies = bodies[row.astype(np.int64)]
     return replace(
         bed,
         position=position[kept],
@@ -186,7 +191,8 @@ def _selected(bed: Bed, position: Float64Array, kept: BoolArray) -> Bed:
         set_index=bed.set_index[kept],
         zone_index=bed.zone_index[kept],
         batch_index=bed.batch_index[kept],
-        body_index=None if bed.body_index is None else bed.body_index[kept],
+        body_index=index,
+        bodies=bodies,
     )
 
 

@@ -10,13 +10,15 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bed import Bed
+from packgen.bodies import Bodies, joined_rows
 from packgen.check import near_pairs
 from packgen.container.primitives import box_surface
 from packgen.errors import GeometryError
 from packgen.geometry import Box, Container
 from packgen.geometry.cells import cell_container, into_cell, upright_cell
 from packgen.part import Part
-from packgen.reshape.bodies import periods
+from packgen.reading.bed import wrapped
+from packgen.reshape.bodies import bodies_beside, periods
 
 SPHERES_MAX = 2**31 - 1
 GAP = 1.0e-3  # largest gap of a contact, in smaller radii, as in the report
@@ -61,16 +63,24 @@ def repeat_bed(bed: Bed, counts: tuple[int, int, int]) -> Repeated:
     vectors = bed.container.cell
     if vectors is None:
         vectors = np.diag([length or 0.0 for length in bed.container.period])
+    moves = cells @ vectors
+    # Known bodies are copied as wholes, so that their spheres stay in consecutive rows.
+    start = bed.position if bed.bodies is None else bed.position + periods(bed) @ vectors
+    placed = (start[None] + moves[:, None]).reshape(-1, 3)
     container = _container(bed.container, counts)
-    position = (bed.position[None] + (cells @ vectors)[:, None]).reshape(-1, 3)
+    if container.cell is not None:
+        placed = into_cell(placed, container.cell)
+    elif bed.bodies is not None:
+        placed = wrapped(placed, container)
     copied = replace(
         bed,
-        position=position if container.cell is None else into_cell(position, container.cell),
+        position=placed,
         radius=np.tile(bed.radius, total),
         set_index=np.tile(bed.set_index, total),
         zone_index=np.tile(bed.zone_index, total),
         batch_index=np.tile(bed.batch_index, total),
         body_index=_bodies(bed, cells, counts),
+        bodies=_known_bodies(bed, start, moves),
         container=container,
     )
     crossing = sum(each.sum() for each in _crossings(bed, np.array(counts) > 1))
@@ -104,11 +114,22 @@ def _bodies(bed: Bed, cells: Int64Array, counts: tuple[int, int, int]) -> Int32A
     if bed.body_index is None:
         return None
     numbers, body = np.unique(bed.body_index, return_inverse=True)
+    if bed.bodies is not None:
+        whole = np.arange(len(cells))[:, None] * len(numbers) + body[None]
+        return np.asarray(whole.reshape(-1), np.int32)
     # A member that is beside its body one period on belongs to the body of the copy before.
     owner = np.mod(cells[:, None] - periods(bed)[None], counts)
     copy = owner[..., 0] + counts[0] * (owner[..., 1] + counts[1] * owner[..., 2])
     joined: Int32Array = (copy * len(numbers) + body[None]).reshape(-1).astype(np.int32)
     return joined
+
+
+def _known_bodies(bed: Bed, position: Float64Array, moves: Float64Array) -> Bodies | None:
+    """Return the bodies of all copies, by the moves of these (copies, 3) [m]; None where none are known."""
+    bodies = bodies_beside(bed, position)
+    if bodies is None:
+        return None
+    return joined_rows([replace(bodies, position=bodies.position + move) for move in moves])
 
 
 def _container(container: Container, counts: tuple[int, int, int]) -> Container:

@@ -27,6 +27,7 @@ from packgen.scene.checks import (
     of_start,
     ways_to_hold,
 )
+from packgen.scene.clumps import of_clumps
 from packgen.scene.document import FreeParams, SceneFile, scene_file
 from packgen.scene.faults import Fault, Said, faults_of, known_keys, lines_of
 from packgen.scene.models import ContainerSpec, MaterialSpec, StartSpec, ValidationSpec, ZoneSpec
@@ -150,8 +151,13 @@ def load_scene(source: Path | str | Mapping[str, Any], changes: Sequence[str | C
     faults += unknown
     if not faults:
         zones = fill_proportions(document)
+        algorithm = algorithm_of(document.algorithm, document.params)
         faults = of_free_sizes(document, zones)
-        faults = faults or [*of_amounts(document, zones), *of_start(document)]
+        faults = faults or [
+            *of_amounts(document, zones),
+            *of_start(document),
+            *of_clumps(document, algorithm),
+        ]
     if faults or wrong:
         raise SceneError([*wrong, *lines_of(faults, marked)])
     return _scene(path, document, zones, marked)

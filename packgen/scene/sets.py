@@ -1,4 +1,4 @@
-"""What a scene file may say about a set of spheres: its law of sizes, density and material.
+"""What a scene file may say about a set of particles: law of sizes, shape, density and material.
 
 One class a ``radius_distribution``; each builds its law from ``packgen.distributions``.
 """
@@ -9,9 +9,12 @@ from functools import cached_property
 from typing import Annotated, Literal, Self
 
 from pydantic import Discriminator, model_validator
+from pydantic_core import PydanticCustomError
 
 from packgen import distributions
+from packgen.bodies import Form, Template, is_sphere, sieve_size
 from packgen.distributions import Distribution
+from packgen.scene.shapes import ShapeSpec
 from packgen.values import (
     Density,
     FilePath,
@@ -21,6 +24,7 @@ from packgen.values import (
     Name,
     Positive,
     PositiveLength,
+    Turning,
     fault,
 )
 
@@ -34,22 +38,58 @@ class SetKeys(Keys):
         name: Its name; empty only before ``load_scene`` fills it in.
         density: Density of its spheres [kg/m3].
         material: Name of its material; empty only before ``load_scene`` fills it in.
+        shape: Shape of its particles, rigid clumps of spheres; None: they are spheres. Each radius of the law
+            is half the particle's size then.
+        size: What that size is: ``equivalent``, the diameter of the sphere of the particle's volume, or
+            ``sieve``, the side of the smallest square hole that it passes. Left out: equivalent.
+        orientation: How the particles are turned when they come; they turn further as they come to rest:
+            ``random``, ``aligned`` (the shape's axes are the bed's), or a direction that their longest axis
+            lies along. Left out: random.
     """
 
     name: Name = ""
     density: Density = 2500.0
     material: Name = ""
+    shape: ShapeSpec | None = None
+    size: Literal["equivalent", "sieve"] | None = None
+    orientation: Turning | None = None
 
     @cached_property
     def distribution(self) -> Distribution:
-        """The law of the radii."""
-        return self._build()
+        """The law of the radii; of clumps those of the spheres of their volumes."""
+        law = self._build()
+        if self.template is None or self.size != "sieve":
+            return law
+        ratio = self.template.equivalent_diameter / sieve_size(self.template.spheres)
+        return distributions.scaled(law, ratio)
+
+    @cached_property
+    def template(self) -> Template | None:
+        """The clump of the shape; None: the particles are spheres."""
+        return None if self.shape is None else self.shape.template()
+
+    @cached_property
+    def form(self) -> Form | None:
+        """The clump and how it is turned; None: the particles are spheres, or clumps of one that is all."""
+        template = self.template
+        if template is None or is_sphere(template):
+            return None
+        return Form(template, self.orientation or "random")
 
     def _build(self) -> Distribution:
         raise NotImplementedError
 
     @model_validator(mode="after")
     def _law_can_be_built(self) -> Self:
+        stray = [(key, getattr(self, key)) for key in ("size", "orientation") if self.shape is None]
+        faults = [(key, value, "this key only beside shape") for key, value in stray if value is not None]
+        if faults:
+            raise fault(*faults)
+        try:
+            _ = self.template
+        except PydanticCustomError as error:
+            context = error.context or {}
+            raise fault(*(("shape", *each[1:]) for each in context["faults"])) from error
         try:
             _ = self.distribution
         except distributions.ParameterError as error:

@@ -21,7 +21,10 @@ from pathlib import Path
 import numpy as np
 
 from packgen.bed import Bed
+from packgen.bodies import in_one_piece, moved_bodies
 from packgen.errors import SolverError
+from packgen.measure.hertz import mean_radius
+from packgen.measure.particles import particles_of
 from packgen.reading.bed import wrapped
 from packgen.settling import lammps_family, yade
 from packgen.settling.run import TIMES_MAX, Left, Order, Settled, Tell
@@ -105,9 +108,19 @@ def _settled(bed: Bed, solver: str, left: Left) -> Settled:
             f"free-fall times (sphere {named}); a shorter time step helps: "
             f"--export-option {solver}.timestep_fraction=0.05"
         )
-    moved = np.linalg.norm(position - bed.position, axis=1) / float(bed.radius.mean())
+    way, bodies = position - bed.position, bed.bodies
+    if bodies is not None and bed.body_index is not None:
+        joined = in_one_piece(position, bed.body_index, bed.container.period)
+        bodies = moved_bodies(bodies, joined, bed.body_index)
+        for axis, size in enumerate(bed.container.period):
+            if size is not None:  # the deck puts the spheres of a body side by side
+                way[:, axis] -= size * np.rint(way[:, axis] / size)
+    particles = particles_of(bed)
+    if particles is not None:
+        _, way = particles.means(index, way)
+    moved = np.linalg.norm(way, axis=1) / mean_radius(bed)
     return Settled(
-        bed=replace(bed, position=wrapped(position, bed.container)),
+        bed=replace(bed, position=wrapped(position, bed.container), bodies=bodies),
         solver=solver,
         version=left.version or solver,
         time=left.time,

@@ -60,7 +60,8 @@ def _run(dialect: Dialect, order: Order) -> Left:
     Raises:
         SolverError: The solver does not run the deck to the end.
     """
-    unit = length_unit(deck_text(dialect.name, order.folder))
+    deck = deck_text(dialect.name, order.folder)
+    unit = length_unit(deck)
     output = run_script(
         dialect.name, order.folder, TIMESTEP_SCRIPT, INCLUDE + TIMESTEP, SILENCE_MAX, RUN_MAX, None
     )
@@ -80,7 +81,7 @@ def _run(dialect: Dialect, order: Order) -> Left:
             files.forget_older()
             tell(look.step, look.speed)
 
-    text = script_of(looks, order.bed.count, dialect.format_word)
+    text = script_of(looks, order.bed.count, dialect.format_word, deck)
     output = run_script(dialect.name, order.folder, SCRIPT, text, SILENCE_MAX, RUN_MAX, on_line)
     still = was_still(output, looks)
     last = files.looks[-1] if files.looks else Look(0, 0, 0.0, 0.0)
@@ -94,16 +95,17 @@ def _run(dialect: Dialect, order: Order) -> Left:
         raise SolverError(f"{dialect.name}: {error}; it said:\n{describe_output(output)}") from error
 
 
-def script_of(looks: Looks, count: int, format_word: str) -> str:
+def script_of(looks: Looks, count: int, format_word: str, deck: str = "") -> str:
     """Return the input that settles a bed.
 
     Args:
         looks: When it is looked at.
         count: Spheres; the run ends where one is lost.
         format_word: What stands before the format of a dump of spheres.
+        deck: The text of the deck.
     """
     keep = KEEP.format(every=LOOKS * looks.every, kept=KEPT, line=format_word)
-    loop = loop_input(looks, before=keep, each=LOST.format(count=count))
+    loop = loop_input(looks, deck=deck, before=keep, each=LOST.format(count=count))
     return INCLUDE + loop + FINISH.format(end=END, line=format_word)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
+from packgen.bodies import body_starts
 from packgen.distributions import UNIT_VOLUME, Distribution, Free
 from packgen.distributions.base import StepLaw
 from packgen.portable import cube
@@ -209,18 +210,22 @@ def reached_shares(bed: AnyBed, zone: int, by: str) -> list[float]:
 
 
 def reached_amounts(bed: AnyBed, zone: int, by: str) -> tuple[Float64Array, Float64Array]:
-    """Return what a zone holds of each set, and the largest of its spheres of each; shape (S,) each.
+    """Return what a zone holds of each set, and the largest of its particles of each; shape (S,) each.
 
     Args:
         bed: The bed.
         zone: Number of the zone.
-        by: ``number`` (a sphere counts 1), ``volume`` [m3] or ``mass`` [kg].
+        by: ``number`` (a sphere, or a body, counts 1), ``volume`` [m3] or ``mass`` [kg].
     """
     total, largest = np.zeros((2, len(bed.particle_sets)))
     for chunk in bed.chunks():
-        own = chunk.zone_index == zone
-        set_index = chunk.set_index[own]
-        weight = np.ones(len(set_index)) if by == "number" else UNIT_VOLUME * cube(chunk.radius[own])
+        zones, sets, radius = chunk.zone_index, chunk.set_index, chunk.radius
+        if chunk.bodies is not None and chunk.body_index is not None:
+            first = body_starts(chunk.body_index)
+            zones, sets, radius = zones[first], sets[first], chunk.bodies.size[chunk.body_index[first]]
+        own = zones == zone
+        set_index = sets[own]
+        weight = np.ones(len(set_index)) if by == "number" else UNIT_VOLUME * cube(radius[own])
         if by == "mass":
             weight = weight * np.array([each.density for each in bed.particle_sets])[set_index]
         np.maximum.at(largest, set_index, weight)

@@ -58,5 +58,6 @@ DIALECT = Dialect(
     contact_input=_contact_input,
     read_contacts=_read_contacts,
     budget_share=budget_share,
+    weighs_members=False,
 )
 measure = partial(measure_family, DIALECT)

@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import Bed, has_clumps
 from packgen.errors import SolverError
 from packgen.measure import hertz as law
+from packgen.measure.particles import alone, particle_count
 from packgen.validation.contacts import Contacts
 from packgen.validation.dump import read_dump
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
@@ -67,6 +68,7 @@ class Dialect:
             length [m].
         budget_share: Returns the share of the work budget that the gravity run of a bed gets: what a step of
             LIGGGHTS costs, as a fraction of what this solver's costs.
+        weighs_members: Whether gravity acts on the spheres of clumps, and not on the clumps as such.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Dialect:
     contact_input: Callable[[str], str]
     read_contacts: Callable[[Bed, Path, Float64Array, float], FirstForces]
     budget_share: Callable[[Bed], float] = lambda _bed: 1.0
+    weighs_members: bool = True
 
 
 def measure(
@@ -106,6 +109,7 @@ def measure(
         solver=dialect.name,
         version=version.group() if version else dialect.name,
         sphere_count=bed.count,
+        body_count=particle_count(bed) if has_clumps(bed) else None,
         step_zero=zero,
         gravity_run=gravity_run(bed, start, run),
         limits=limits,
@@ -127,7 +131,9 @@ def _run_step_zero(
         spheres[:, 1:5] *= unit
         spheres[:, 5:8] *= unit**2
         check_loaded(bed, spheres[:, 1:4], spheres[:, 4])
-        contact_force = spheres[:, 5:8] - law.sphere_mass(bed)[:, None] * bed.acceleration
+        weighing = np.ones(bed.count, bool) if dialect.weighs_members else alone(bed)
+        weight = np.where(weighing, law.sphere_mass(bed), 0.0)[:, None] * bed.acceleration
+        contact_force = spheres[:, 5:8] - weight
         found = dialect.read_contacts(bed, folder, contact_force, unit)
     except SolverError as error:
         raise SolverError(f"{dialect.name}: {error}; it said:\n{describe_output(output)}") from error
@@ -154,7 +160,11 @@ def _run_gravity(
             samples.append(look)
             on_share(look.step / max(1, steps))
 
-    text = INCLUDE + loop_input(looks) + END.format(line=dialect.format_word)
+    text = (
+        INCLUDE
+        + loop_input(looks, deck=deck_text(dialect.name, folder))
+        + END.format(line=dialect.format_word)
+    )
     seconds = START_SECONDS + steps * bed.count / SPHERE_STEPS_A_SECOND
     output = run_script(dialect.name, folder, GRAVITY_INPUT, text, limits.silence_max, seconds, on_line)
     still = was_still(output, looks)

@@ -12,6 +12,7 @@ from packgen.check import wall_clearance
 from packgen.errors import SolverError
 from packgen.measure import hertz as law
 from packgen.measure.forces import predicted_forces
+from packgen.measure.particles import particle_count, particles_of
 from packgen.validation.contacts import Contacts, pair_error
 from packgen.validation.elastic import elastic_sinking, up_direction
 from packgen.validation.results import GravityRun, Limits, StepZero
@@ -101,18 +102,29 @@ class Trajectory:
 
 def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
     """Return the verdict's numbers on a gravity run that began at positions ``start`` [m], shape (N, 3)."""
-    radius = float(bed.radius.mean())
-    unit = law.mean_weight(bed) * bed.count * radius
+    radius = law.mean_radius(bed)
+    unit = law.mean_weight(bed) * particle_count(bed) * radius
     gone = np.setdiff1d(np.arange(bed.count), run.index)
     escaped = outside(bed, run.position, run.index)
     lost = np.union1d(gone, escaped)
-    kept = ~np.isin(run.index, lost)
+    bodies = particles_of(bed)
+    if bodies is not None:
+        # A body is lost as a whole, and told by its row.
+        lost = bodies.touched(lost)
+        kept = ~np.isin(bodies.row[run.index], lost)
+    else:
+        kept = ~np.isin(run.index, lost)
     index, position = run.index[kept], run.position[kept]
-    moved = np.linalg.norm(position - start[index], axis=1)
+    way = position - start[index]
     before, after = _heights(bed, start[index], index), _heights(bed, position, index)
     elastic = elastic_sinking(bed, position, index) - elastic_sinking(bed, start[index], index)
-    rest = np.linalg.norm(position - start[index] + elastic[:, None] * up_direction(bed), axis=1)
+    left = way + elastic[:, None] * up_direction(bed)
     mass = law.sphere_mass(bed)[index]
+    number = index
+    if bodies is not None:
+        number, way = bodies.means(index, way)
+        _, left = bodies.means(index, left)
+    moved, rest = np.linalg.norm(way, axis=1), np.linalg.norm(left, axis=1)
     worst = int(moved.argmax()) if len(moved) else 0
     return GravityRun(
         timestep=run.timestep,
@@ -125,7 +137,7 @@ def gravity_run(bed: Bed, start: Float64Array, run: Trajectory) -> GravityRun:
         energy_end=float(run.energy[-1]) / unit,
         displacement_mean=float(moved.mean()) / radius if len(moved) else float("nan"),
         displacement_max=float(moved[worst]) / radius if len(moved) else float("nan"),
-        worst_displaced=int(index[worst]) if len(moved) else -1,
+        worst_displaced=int(number[worst]) if len(moved) else -1,
         displacement_rest_mean=float(rest.mean()) / radius if len(rest) else float("nan"),
         sinking=(before[0] - after[0]) / before[0],
         sinking_elastic=float(np.average(elastic, weights=mass)) / before[0] if len(mass) else float("nan"),

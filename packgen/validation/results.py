@@ -185,6 +185,9 @@ class SolverReport:
         solver: Its name.
         version: What it calls itself, with its version.
         sphere_count: Number of spheres.
+        body_count: Number of bodies, clumps and single spheres; None of a bed without clumps. With clumps,
+            weights and radii are those of bodies, a clump's radius that of the sphere of its volume; lost and
+            displaced are bodies, by their rows.
         step_zero: Forces before anything moves.
         gravity_run: What happened under gravity.
         limits: What was asked for.
@@ -196,6 +199,7 @@ class SolverReport:
     step_zero: StepZero
     gravity_run: GravityRun
     limits: Limits
+    body_count: int | None = None
 
     @property
     def passed(self) -> bool:
@@ -218,7 +222,7 @@ class SolverReport:
     @property
     def missed(self) -> tuple[str, ...]:
         """One line for each limit that was missed, naming the sphere where one is to blame."""
-        blame = {"largest step-0 force": f" ({self.step_zero.blame()})", "spheres lost": self._blame_lost()}
+        blame = {"largest step-0 force": f" ({self.step_zero.blame()})", self._lost: self._blame_lost()}
         blame["centres outside the container"] = f" (sphere {self.step_zero.worst_outside})"
         return tuple(
             f"{self.solver}: {row.quantity}: {row.value}, expected at most {row.limit}"
@@ -239,7 +243,7 @@ class SolverReport:
             _row("step-0 forces off Hertz' law", zero.law_error, limits.law_limit),
             _row("gravity run", f"{run.free_fall_times:.3g} free-fall times", None),
             _row("steps of the gravity run", self._work(), None),
-            _row("spheres lost", len(run.lost), limits.lost_limit),
+            _row(self._lost, len(run.lost), limits.lost_limit),
             _row("kinetic energy, peak", run.energy_peak, None, " N m g r"),
             _row("kinetic energy, end", run.energy_end, None, " N m g r"),
             _row("mean displacement", run.displacement_mean, None, " r"),
@@ -260,6 +264,7 @@ class SolverReport:
             "missed": list(self.missed),
             "version": self.version,
             "sphere_count": self.sphere_count,
+            "body_count": self.body_count,
             "step_zero": {**asdict(self.step_zero), "force_max": self.step_zero.force_max},
             "gravity_run": {
                 **asdict(self.gravity_run),
@@ -287,9 +292,14 @@ class SolverReport:
         why = "nothing moves any more" if run.still else "work budget reached"
         return f"{run.steps} ({share:.0f} %), {why}"
 
+    @property
+    def _lost(self) -> str:
+        return "spheres lost" if self.body_count is None else "bodies lost"
+
     def _blame_lost(self) -> str:
         named = ", ".join(str(index) for index in self.gravity_run.lost[:10])
-        return f" (sphere {named}{', ...' if len(self.gravity_run.lost) > 10 else ''})"
+        kind = "sphere" if self.body_count is None else "body"
+        return f" ({kind} {named}{', ...' if len(self.gravity_run.lost) > 10 else ''})"
 
 
 def comparison(reports: Sequence[SolverReport]) -> list[tuple[str, ...]]:

@@ -21,13 +21,15 @@ CALM_LINE = "packgen calm"  # and how many looks in a row the bed was still, at 
 
 # A row a look, "step atoms ke rotation speed", at the start and at the end of each part of the run.
 TABLE = """\
-compute packgen_rotation all erotate/sphere
-variable packgen_speed_each atom sqrt(vx*vx+vy*vy+vz*vz)
+{energies}variable packgen_speed_each atom sqrt(vx*vx+vy*vy+vz*vz)
 compute packgen_speed all reduce ave v_packgen_speed_each
-thermo_style custom step atoms ke c_packgen_rotation c_packgen_speed
+thermo_style custom step atoms {words} c_packgen_speed
 thermo_modify lost ignore norm no format float %.12g
 thermo {every}
 """
+OF_SPHERES = ("compute packgen_rotation all erotate/sphere\n", "ke c_packgen_rotation")
+OF_CLUMPS = ("", "v_motion v_rotation")
+"""Energies of a deck that tells those of its clumps itself: LAMMPS' "ke" stops where all are in clumps."""
 # What follows "next" is skipped once there is no part left.
 LOOP = """\
 variable packgen_mean_speed equal c_packgen_speed
@@ -78,12 +80,12 @@ class Looks:
 
 def free_fall_time(bed: Bed) -> float:
     """Return the time of free fall over a mean radius, sqrt(2 r / g) [s]; without gravity at Earth's g."""
-    return math.sqrt(2.0 * float(bed.radius.mean()) / law.gravity_strength(bed))
+    return math.sqrt(2.0 * law.mean_radius(bed) / law.gravity_strength(bed))
 
 
 def speed_unit(bed: Bed) -> float:
     """Return sqrt(g r), r the mean radius, in which mean speeds are told [m/s]."""
-    return math.sqrt(law.gravity_strength(bed) * float(bed.radius.mean()))
+    return math.sqrt(law.gravity_strength(bed) * law.mean_radius(bed))
 
 
 def look_steps(bed: Bed, timestep: float) -> int:
@@ -106,18 +108,20 @@ def looks_of(bed: Bed, *, timestep: float, steps: int, every: int, share: float)
     return Looks(steps, every, calm, share * speed_unit(bed))
 
 
-def loop_input(looks: Looks, *, before: str = "", each: str = "") -> str:
+def loop_input(looks: Looks, *, deck: str = "", before: str = "", each: str = "") -> str:
     """Return the lines of LIGGGHTS and LAMMPS that run in parts until the bed is still.
 
     Speeds have the same numbers in every unit of length, see ``exporters.shared.lengths``.
 
     Args:
         looks: When it is looked at.
+        deck: The text of the deck, which says whether it tells its energies itself.
         before: Lines between the table and the run, each with its end.
         each: More lines for each look, likewise.
     """
+    energies, words = OF_CLUMPS if "\nvariable motion equal " in deck else OF_SPHERES
     return (
-        TABLE.format(every=looks.every)
+        TABLE.format(every=looks.every, energies=energies, words=words)
         + before
         + LOOP.format(
             parts=looks.parts, first=looks.first, every=looks.every, speed=repr(looks.speed),

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.bed import Bed
+from packgen.bed import Bed, has_clumps
 from packgen.check.parts import NO_PART
 from packgen.errors import SolverError
+from packgen.measure.particles import particle_count
 from packgen.validation.contacts import Contacts, listed_error
 from packgen.validation.measure import Trajectory, check_loaded, gravity_run, step_zero, steps_wanted
 from packgen.validation.process import describe_output, find_solver, run_solver
@@ -146,6 +147,7 @@ def _report(
         solver=NAME,
         version=version.group().rstrip(",") if version else NAME,
         sphere_count=bed.count,
+        body_count=particle_count(bed) if has_clumps(bed) else None,
         step_zero=step_zero(bed, pairs, walls, listed_error(bed, walls, radius_factor=factor)),
         gravity_run=gravity_run(bed, found["start"], run),
         limits=limits,

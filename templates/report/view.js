@@ -9,6 +9,7 @@
   const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
   const count = data.shown;
   const place = new Uint16Array(bytes(data.place)), size = new Uint8Array(bytes(data.size));
+  const body = new Uint8Array(data.body ? bytes(data.body) : 0);
   const sphere = new Float32Array(4 * count), label = new Int32Array(3 * count);
   const ratio = data.radius_min > 0 ? data.radius_max / data.radius_min : 1;
   for (let i = 0; i < count; i++) {
@@ -37,11 +38,11 @@
   }
 
   function paint() {
-    const by = choice.colour.value, column = {set: 0, zone: 1, batch: 2}[by];
+    const by = choice.colour.value, column = {set: 0, zone: 1, body: 1, batch: 2}[by];
     let low = Infinity, high = -Infinity;
     const value = new Float32Array(count), seen = new Set();
     for (let i = 0; i < count; i++) {
-      value[i] = by === "radius" ? sphere[4 * i + 3] : label[3 * i + column];
+      value[i] = by === "radius" ? sphere[4 * i + 3] : by === "body" ? body[i] : label[3 * i + column];
       low = Math.min(low, value[i]); high = Math.max(high, value[i]);
       if (column < 2) seen.add(value[i]);
     }
@@ -57,7 +58,8 @@
       item.append(patch, text);
       say.append(item);
     };
-    if (column < 2) {
+    if (by === "body") entry(`linear-gradient(90deg, ${kinds.join(",")})`, "a body has one colour");
+    else if (column < 2) {
       for (const each of [...seen].sort((a, b) => a - b))
         entry(kinds[each % kinds.length], by === "set" ? data.sets[each] || `set ${each}` : `zone ${each}`);
     } else {

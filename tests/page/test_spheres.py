@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import base64
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,3 +101,13 @@ def test_a_sphere_without_a_place_is_counted_but_not_shown():
     view = view_data(spheres(np.array([[0.5, 0.5, 0.5], [np.nan, 0.0, 0.0]]), 0.1))
     assert (view["count"], view["shown"]) == (2, 1)
     assert np.isfinite(shown(view)).all()
+
+
+def test_spheres_of_a_body_have_one_colour_and_neighbours_in_the_list_another():
+    position = cubic_lattice(4, 0.5)
+    body = np.repeat(np.arange(32, dtype=np.int32), 2)
+    view = view_data(replace(spheres(position, 0.5), body_index=body))
+    colour = np.frombuffer(base64.b64decode(view["body"]), dtype="u1")
+    apart = np.linalg.norm(shown(view)[:, None, :3] + 2.0 - position[None], axis=2)
+    np.testing.assert_array_equal(colour, body[apart.argmin(axis=1)] % 8)
+    assert "body" not in view_data(spheres(position, 0.5))

@@ -17,6 +17,7 @@ from packgen.geometry import Ball, Cone, Mesh
 from packgen.reading import read_bed, unknowns
 from packgen.reshape.carve import Cut, carve_bed
 from tests.beds import box_container, box_surface, cubic_lattice, make_bed, make_container
+from tests.clump_beds import lattice_of_clumps
 from tests.container_meshes import saved
 
 
@@ -257,3 +258,13 @@ def test_the_file_of_a_part_does_not_claim_the_walls_that_the_bed_had(tmp_path):
         "walls are not in the file: give --scene, or --container"
     ]
     assert again.provenance["carved"]["side"] == "inside"
+
+
+@pytest.mark.parametrize("periodic", [(False,) * 3, (True, False, False)], ids=["box", "seam"])
+@pytest.mark.parametrize(("inside", "touching"), [(True, False), (True, True), (False, False)])
+def test_known_bodies_go_with_their_spheres(tmp_path, periodic, inside, touching):
+    bed = lattice_of_clumps(singles=True, periodic=periodic)
+    mesh = loaded(tmp_path, block([-0.02, -0.01, -0.01], [0.045, 0.09, 0.09]))
+    found = carve_bed(bed, Cut(mesh, inside, touching)).bed
+    assert 0 < len(found.bodies) < len(bed.bodies)
+    assert check_bed(found).bodies.misplaced_count == 0

@@ -11,6 +11,7 @@ from packgen.errors import GeometryError
 from packgen.reading import read_bed
 from packgen.reshape.repeat import GAP, repeat_bed
 from tests.beds import box_container, cubic_lattice, make_bed
+from tests.clump_beds import lattice_of_clumps
 
 
 def lattice(periodic=(True, True, False), shift=0.0):
@@ -104,3 +105,15 @@ def test_the_file_knows_its_larger_box(tmp_path):
     assert again.container.bounds.tolist() == [[0, 0, 0], [3, 3, 1.5]]
     assert again.container.periodic == (True, True, False)
     assert again.provenance["repeated"]["contacts_between_copies"] == found.seam_contacts == 4 * 18
+
+
+def test_known_bodies_are_copied_whole_across_the_seams():
+    bed = lattice_of_clumps(singles=True, periodic=(True, True, False))
+    found = repeat_bed(bed, (2, 3, 1)).bed
+    assert len(found.bodies) == 6 * len(bed.bodies)
+    assert len(found.bodies.templates) == 2
+    checked = check_bed(found)
+    assert checked.bodies.misplaced_count == 0
+    assert checked.overlap_max == 0.0
+    assert (found.position >= found.container.bounds[0])[:, :2].all()
+    assert (found.position < found.container.bounds[1])[:, :2].all()

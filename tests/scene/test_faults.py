@@ -108,7 +108,7 @@ def test_an_impossible_value_is_one_line_with_place_value_and_expectation(
         (", material: '$x'", "material: found '$x', expected a name"),
         (
             ", radius_min: 1",
-            "radius_min: found an unknown key, expected one of density, material, name, radius",
+            "radius_min: found an unknown key, expected one of density, material, name, orientation, radius",
         ),
     ],
 )

@@ -7,6 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from packgen.arrange.collective.clump_plan import clump_plan, slenderness
+from packgen.arrange.collective.clumps import fill_with_clumps
 from packgen.arrange.collective.compaction import compaction_of
 from packgen.arrange.collective.layers import fill_in_layers
 from packgen.arrange.collective.loose import marked, places
@@ -18,6 +20,7 @@ from packgen.arrange.collective.tiles.refusals import check_divisible, check_til
 from packgen.arrange.crew import Crew
 from packgen.arrange.pile import Pile
 from packgen.arrange.projection.recipe import Recipe
+from packgen.arrange.rigid.recipe import RigidRecipe
 from packgen.arrange.space.region import Region, make_region
 from packgen.arrange.spheres import Spheres, no_spheres
 from packgen.arrange.task import Filled, Listener, Progress, Sink, Task, ZoneTask
@@ -84,6 +87,8 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
     Raises:
         PackingError: The zone lies outside the container.
     """
+    if zone.of_clumps:
+        return _fill_with_clumps(zone, earlier, rng, listener)
     setting, supply = zone.setting, zone.supply.copy()
     container = setting.container
     region = make_region(
@@ -112,6 +117,24 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
     spheres = open_zone.pile.all()
     moved = places(spheres, len(earlier), zone.index) if zone.loose_count else None
     return Filled(spheres[spheres.zone_index == zone.index], supply, batch, moved)
+
+
+def _fill_with_clumps(
+    zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listener: Listener
+) -> Filled:
+    """Fill one zone with bodies, layer by layer; see ``fill_zone``."""
+    setting, supply = zone.setting, zone.supply.copy()
+    slender = slenderness(zone.forms, supply.shares)
+    region = make_region(
+        setting.container, zone.locations, setting.down, slender * supply.radius_max, zone.place,
+        supply.radius_min,
+    )  # fmt: skip
+    open_zone = OpenZone(zone.index, region, supply, Pile(earlier), rng, setting.device)
+    tell = _report(listener, len(earlier), supply.asked, region)
+    recipe = RigidRecipe.of_bodies(zone.friction, setting.settings.tolerance)
+    batch = fill_with_clumps(open_zone, zone.forms, recipe, clump_plan(slender), tell)
+    spheres = open_zone.pile.all()
+    return Filled(spheres[spheres.zone_index == zone.index], supply, batch)
 
 
 def _recipe(zone: ZoneTask, region: Region, *, endless: bool) -> Recipe:

@@ -46,6 +46,7 @@ class Params(PaperParams):
     tile: Tile | None = None
     zone_keys: ClassVar[frozenset[str]] = frozenset({"solid_fraction", "porosity", "void_ratio"})
     compacts: ClassVar[bool] = True
+    takes_clumps: ClassVar[bool] = True
 
     @property
     def instead(self) -> str | None:
