@@ -44,6 +44,7 @@ class RigidRecipe(Recipe):
             sink_first=0.005,
             momentum=0.98,
             momentum_sweeps=1,
+            give_up=(0.1, 0.05, 0.02, 0.008, 0.003, 0.001, 0.0004),
             give_up_first=292,
             far_sweeps=0,
         )
