@@ -33,6 +33,7 @@ BUILTIN = MappingProxyType(
         "ADAM": "packgen.arrange.adam",
         "DISPERSED": "packgen.arrange.dispersed",
         "JAMMED": "packgen.arrange.jammed",
+        "ADVANCING_FRONT": "packgen.arrange.advancing_front",
     }
 )
 

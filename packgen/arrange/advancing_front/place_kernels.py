@@ -1,0 +1,215 @@
+"""The places where a new sphere touches one of the front and two other surfaces, and how good each is."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from packgen.arrange.advancing_front.cap_kernels import Bench, caps_around
+from packgen.arrange.advancing_front.cell_kernels import Cells
+from packgen.arrange.advancing_front.surface_kernels import (
+    FEATURE,
+    FLAT,
+    is_borne,
+    polished,
+    polished_at_walls,
+    wall_room,
+)
+from packgen.arrange.space.feature_kernels import Features
+from packgen.arrange.space.map_kernels import FeatureMap
+from packgen.compiled import inlined, inner_loop
+
+ALTITUDE, DEPTH, DISTANCE = 0, 1, 2
+"""What is least at the best place: the height, the distance from the walls, or that from a point."""
+
+PLACES_MAX = 64
+"""Places of one radius at one sphere that are kept."""
+
+ROUNDING = 1.0e-14
+"""By how much, of the largest cosine, a place may be inside a cap."""
+
+LOOSE = 0.3
+"""The same for places at curved walls before they are exact."""
+
+
+class Aim(NamedTuple):
+    """Which places are best: those where a number is least.
+
+    Attributes:
+        kind: ALTITUDE, DEPTH or DISTANCE.
+        vector: Unit vector against gravity, or the point [m], shape (3,).
+        depth: Distance from the walls on a grid [m], shape (x, y, z).
+        low: Point of the first entry [m], shape (3,).
+        step: Distance of two entries [m], shape (3,).
+    """
+
+    kind: int
+    vector: NDArray[np.float64]
+    depth: NDArray[np.float64]
+    low: NDArray[np.float64]
+    step: NDArray[np.float64]
+
+
+class Bed(NamedTuple):
+    """The spheres that there are, and what bounds them.
+
+    Attributes:
+        ball: Centres and radii [m], shape (capacity, 4).
+        cells: The cells that they lie in.
+        features: The features of the walls.
+        near: Which of them are near.
+        radius_max: Largest radius [m], shape (1,).
+        slack: Largest gap or overlap that counts as a contact [m], shape (1,).
+    """
+
+    ball: NDArray[np.float64]
+    cells: Cells
+    features: Features
+    near: FeatureMap
+    radius_max: NDArray[np.float64]
+    slack: NDArray[np.float64]
+
+
+@inner_loop
+def worth(x: float, y: float, z: float, aim: Aim) -> float:
+    """Return what is least at the best place [m]."""
+    vector = aim.vector
+    if aim.kind == ALTITUDE:
+        return x * vector[0] + y * vector[1] + z * vector[2]
+    if aim.kind == DISTANCE:
+        dx, dy, dz = x - vector[0], y - vector[1], z - vector[2]
+        return math.sqrt(dx * dx + dy * dy + dz * dz)
+    return _interpolated(x, y, z, aim)
+
+
+@inlined
+def _interpolated(x: float, y: float, z: float, aim: Aim) -> float:
+    """Return the depth at a point, linear between the entries of its grid."""
+    depth, low, step = aim.depth, aim.low, aim.step
+    px = min(max((x - low[0]) / step[0], 0.0), depth.shape[0] - 1.000001)
+    py = min(max((y - low[1]) / step[1], 0.0), depth.shape[1] - 1.000001)
+    pz = min(max((z - low[2]) / step[2], 0.0), depth.shape[2] - 1.000001)
+    i, j, k = int(px), int(py), int(pz)
+    u, v, w = px - i, py - j, pz - k
+    near = (1.0 - w) * ((1.0 - v) * depth[i, j, k] + v * depth[i, j + 1, k]) + w * (
+        (1.0 - v) * depth[i, j, k + 1] + v * depth[i, j + 1, k + 1]
+    )
+    far = (1.0 - w) * ((1.0 - v) * depth[i + 1, j, k] + v * depth[i + 1, j + 1, k]) + w * (
+        (1.0 - v) * depth[i + 1, j, k + 1] + v * depth[i + 1, j + 1, k + 1]
+    )
+    return float((1.0 - u) * near + u * far)
+
+
+@inlined
+def _is_open(
+    ux: float, uy: float, uz: float, i: int, j: int, count: int, cap: NDArray[np.float64], slack: float
+) -> bool:
+    """Tell whether a direction is in none of the first caps but two."""
+    for k in range(count):
+        inside = ux * cap[k, 0] + uy * cap[k, 1] + uz * cap[k, 2] - cap[k, 3]
+        if inside > slack and k != i and k != j:
+            return False
+    return True
+
+
+@inner_loop
+def _kept(
+    x: NDArray[np.float64],
+    push: NDArray[np.float64],
+    base: NDArray[np.float64],
+    borne: bool,
+    aim: Aim,
+    place: NDArray[np.float64],
+    found: int,
+) -> int:
+    """Write a place down, unless it is to bear weight and does not; return how many there are."""
+    if borne and not is_borne(push, aim.vector):
+        return found
+    px, py, pz = base[0] + x[0], base[1] + x[1], base[2] + x[2]
+    place[found, 0], place[found, 1], place[found, 2] = px, py, pz
+    place[found, 3] = worth(px, py, pz, aim)
+    return found + 1
+
+
+@inner_loop
+def places_at(
+    bed: Bed, s: int, radius: float, aim: Aim, borne: bool, bench: Bench, place: NDArray[np.float64]
+) -> int:
+    """Find the places where a sphere touches sphere ``s`` and two other surfaces and overlaps nothing.
+
+    Args:
+        bed: The spheres that there are.
+        s: One of them.
+        radius: Radius of the new one [m].
+        aim: Which places are best.
+        borne: Whether its contacts have to bear its weight.
+        bench: Room for what is near.
+        place: Out: centres, and what is least at the best place [m], shape (PLACES_MAX, 4).
+
+    Returns:
+        How many; -1: fewer than two other surfaces are near.
+    """
+    base, slack = bed.ball[s], bed.slack[0]
+    far = base[3] + radius
+    count, total, makers, curved = caps_around(
+        bed.cells, bed.ball, base, radius, bed.radius_max[0], bed.features, bed.near, bench
+    )
+    if makers < 0:
+        return 0
+    if makers < 2:
+        return -1
+    cap, found = bench.cap, 0
+    x, kind, surface, push = np.empty(3), np.empty(3, np.int64), np.empty((3, 4)), np.empty((3, 3))
+    for a in range(1, makers):
+        i = bench.maker[a]
+        for b in range(a):
+            j = bench.maker[b]
+            rough = i >= count or j >= count
+            if i >= count and j >= count and bench.surface[i, 0] == bench.surface[j, 0]:
+                continue
+            turn = cap[i, 0] * cap[j, 0] + cap[i, 1] * cap[j, 1] + cap[i, 2] * cap[j, 2]
+            det = 1.0 - turn * turn
+            if det < 1e-10:
+                continue
+            p, q = (cap[i, 3] - turn * cap[j, 3]) / det, (cap[j, 3] - turn * cap[i, 3]) / det
+            rest = (1.0 - p * p - q * q - 2.0 * p * q * turn) / det
+            if rest < 0.0:
+                continue
+            root = math.sqrt(rest)
+            mx = p * cap[i, 0] + q * cap[j, 0]
+            my = p * cap[i, 1] + q * cap[j, 1]
+            mz = p * cap[i, 2] + q * cap[j, 2]
+            nx = root * (cap[i, 1] * cap[j, 2] - cap[i, 2] * cap[j, 1])
+            ny = root * (cap[i, 2] * cap[j, 0] - cap[i, 0] * cap[j, 2])
+            nz = root * (cap[i, 0] * cap[j, 1] - cap[i, 1] * cap[j, 0])
+            for side in range(2):
+                sign = 1.0 - 2.0 * side
+                ux, uy, uz = mx + sign * nx, my + sign * ny, mz + sign * nz
+                if found == len(place) or not _is_open(
+                    ux, uy, uz, i, j, count, cap, LOOSE if rough else ROUNDING
+                ):
+                    continue
+                x[0], x[1], x[2] = far * ux, far * uy, far * uz
+                kind[0], kind[1], kind[2] = 0, bench.kind[i], bench.kind[j]
+                surface[0, 0] = surface[0, 1] = surface[0, 2] = 0.0
+                surface[0, 3] = far
+                surface[1] = bench.surface[i]
+                surface[2] = bench.surface[j]
+                if not curved:
+                    if polished(x, kind, surface, push, base, radius, bed.features, slack):
+                        found = _kept(x, push, base, borne, aim, place, found)
+                    continue
+                if not polished_at_walls(
+                    x, kind, surface, push, base, radius, bed.features, bed.near, slack
+                ):
+                    continue
+                if rough and not _is_open(
+                    x[0] / far, x[1] / far, x[2] / far,
+                    i if i < count else -1, j if j < count else -1, count, cap, ROUNDING,
+                ):  # fmt: skip
+                    continue
+                found = _kept(x, push, base, borne, aim, place, found)
+    return found
