@@ -70,8 +70,7 @@ class _Filling:
             self._draw = supply.take(supply.remaining)
         mean = float(self._draw.radius.mean())
         rule = zone.setting.settings.rule
-        wraps = bool((region.walls.seams.period > 0.0).all()) and not zone.locations
-        aim = aim_of(region, rule, mean, from_walls=self._endless and not wraps)
+        aim = aim_of(region, rule)
         near = balls_near(region, earlier.position, earlier.radius, 2.0 * supply.radius_max)
         self._growth = Growth(region, near, self._draw.radius, aim, rule == "lowest", rng)
         self._starts = Starts(region, self._growth, rng)

@@ -70,9 +70,7 @@ def new_bench() -> Bench:
 
 
 @inlined
-def _put(
-    rows: NDArray[np.float64], at: int, x: float, y: float, z: float, cosine: float, kind: int
-) -> None:
+def _put(rows: NDArray[np.float64], at: int, x: float, y: float, z: float, cosine: float, kind: int) -> None:
     rows[at, 0], rows[at, 1], rows[at, 2], rows[at, 3], rows[at, 4] = x, y, z, cosine, kind
 
 

@@ -16,7 +16,7 @@ from packgen.compiled import inlined, inner_loop, loop
 BEST = 3
 """Places among which the next one is chosen at random."""
 
-TRIES = 3
+TRIES = 2
 """Radii that a sphere of the front tries before it leaves the front."""
 
 PLACES_OF_ONE = 8
@@ -199,7 +199,7 @@ def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
         return bool(count > 0)
     tried = np.empty(TRIES, np.int64)
     tries, success = 0, False
-    last = -1.0
+    last = np.inf
     for number in range(TRIES):
         draw = _next_draw(front, number == 0)
         if draw < 0:
@@ -207,7 +207,7 @@ def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
             break
         radius = front.draw[draw]
         count = 0
-        if radius != last:
+        if radius < last:
             count = places_at(bed, s, radius, rule.aim, rule.borne, rule.bench, rule.found)
         if count > 0:
             count = _best_first(rule.found, count, PLACES_OF_ONE)
@@ -215,7 +215,7 @@ def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
             keep_places(front, s, radius, rule.found, count)
             success = True
             break
-        last = radius
+        last = min(last, radius)
         tried[tries] = draw
         tries += 1
     for k in range(tries):

@@ -20,10 +20,10 @@ from packgen.arrange.advancing_front.surface_kernels import (
 )
 from packgen.arrange.space.feature_kernels import Features
 from packgen.arrange.space.map_kernels import FeatureMap
-from packgen.compiled import inlined, inner_loop
+from packgen.compiled import inner_loop
 
-ALTITUDE, DEPTH, DISTANCE = 0, 1, 2
-"""What is least at the best place: the height, the distance from the walls, or that from a point."""
+ALTITUDE, DISTANCE = 0, 1
+"""What is least at the best place: the height, or the distance from a point."""
 
 PLACES_MAX = 64
 """Places of one radius at one sphere that are kept."""
@@ -35,22 +35,22 @@ LOOSE = 0.3
 """The same for places at curved walls before they are exact."""
 
 
+ON_WALL = 1.0e-5
+"""Two spheres that meet so near to a wall, in radii, are on either side of it."""
+
+
 class Aim(NamedTuple):
     """Which places are best: those where a number is least.
 
     Attributes:
-        kind: ALTITUDE, DEPTH or DISTANCE.
+        kind: ALTITUDE or DISTANCE.
         vector: Unit vector against gravity, or the point [m], shape (3,).
-        depth: Distance from the walls on a grid [m], shape (x, y, z).
-        low: Point of the first entry [m], shape (3,).
-        step: Distance of two entries [m], shape (3,).
+        by_radius: What a sphere's radius adds to that number, in radii.
     """
 
     kind: int
     vector: NDArray[np.float64]
-    depth: NDArray[np.float64]
-    low: NDArray[np.float64]
-    step: NDArray[np.float64]
+    by_radius: float
 
 
 class Bed(NamedTuple):
@@ -74,45 +74,48 @@ class Bed(NamedTuple):
 
 
 @inner_loop
-def worth(x: float, y: float, z: float, aim: Aim) -> float:
+def worth(x: float, y: float, z: float, radius: float, aim: Aim) -> float:
     """Return what is least at the best place [m]."""
     vector = aim.vector
     if aim.kind == ALTITUDE:
-        return x * vector[0] + y * vector[1] + z * vector[2]
-    if aim.kind == DISTANCE:
-        dx, dy, dz = x - vector[0], y - vector[1], z - vector[2]
-        return math.sqrt(dx * dx + dy * dy + dz * dz)
-    return _interpolated(x, y, z, aim)
+        return x * vector[0] + y * vector[1] + z * vector[2] + aim.by_radius * radius
+    dx, dy, dz = x - vector[0], y - vector[1], z - vector[2]
+    return math.sqrt(dx * dx + dy * dy + dz * dz) + aim.by_radius * radius
 
 
-@inlined
-def _interpolated(x: float, y: float, z: float, aim: Aim) -> float:
-    """Return the depth at a point, linear between the entries of its grid."""
-    depth, low, step = aim.depth, aim.low, aim.step
-    px = min(max((x - low[0]) / step[0], 0.0), depth.shape[0] - 1.000001)
-    py = min(max((y - low[1]) / step[1], 0.0), depth.shape[1] - 1.000001)
-    pz = min(max((z - low[2]) / step[2], 0.0), depth.shape[2] - 1.000001)
-    i, j, k = int(px), int(py), int(pz)
-    u, v, w = px - i, py - j, pz - k
-    near = (1.0 - w) * ((1.0 - v) * depth[i, j, k] + v * depth[i, j + 1, k]) + w * (
-        (1.0 - v) * depth[i, j, k + 1] + v * depth[i, j + 1, k + 1]
-    )
-    far = (1.0 - w) * ((1.0 - v) * depth[i + 1, j, k] + v * depth[i + 1, j + 1, k]) + w * (
-        (1.0 - v) * depth[i + 1, j, k + 1] + v * depth[i + 1, j + 1, k + 1]
-    )
-    return float((1.0 - u) * near + u * far)
+@inner_loop
+def _closing(
+    ux: float,
+    uy: float,
+    uz: float,
+    i: int,
+    j: int,
+    count: int,
+    cap: NDArray[np.float64],
+    slack: float,
+    guess: int,
+) -> int:
+    """Return a cap, of the first ones but two, that a direction is in; -1: in none.
 
-
-@inlined
-def _is_open(
-    ux: float, uy: float, uz: float, i: int, j: int, count: int, cap: NDArray[np.float64], slack: float
-) -> bool:
-    """Tell whether a direction is in none of the first caps but two."""
+    Args:
+        ux: Direction.
+        uy: Direction.
+        uz: Direction.
+        i: A cap that does not count.
+        j: Another one.
+        count: How many caps there are.
+        cap: The caps, shape (count, 4) or longer.
+        slack: How deep inside, of the cosine.
+        guess: The cap to be looked at first: neighbours are often in one.
+    """
+    k = guess
+    if k != i and k != j and ux * cap[k, 0] + uy * cap[k, 1] + uz * cap[k, 2] - cap[k, 3] > slack:
+        return guess
     for k in range(count):
         inside = ux * cap[k, 0] + uy * cap[k, 1] + uz * cap[k, 2] - cap[k, 3]
         if inside > slack and k != i and k != j:
-            return False
-    return True
+            return k
+    return -1
 
 
 @inner_loop
@@ -120,6 +123,7 @@ def _kept(
     x: NDArray[np.float64],
     push: NDArray[np.float64],
     base: NDArray[np.float64],
+    radius: float,
     borne: bool,
     aim: Aim,
     place: NDArray[np.float64],
@@ -130,8 +134,16 @@ def _kept(
         return found
     px, py, pz = base[0] + x[0], base[1] + x[1], base[2] + x[2]
     place[found, 0], place[found, 1], place[found, 2] = px, py, pz
-    place[found, 3] = worth(px, py, pz, aim)
+    place[found, 3] = worth(px, py, pz, radius, aim)
     return found + 1
+
+
+@inner_loop
+def meets_in_wall(x: NDArray[np.float64], base: NDArray[np.float64], radius: float, bed: Bed) -> bool:
+    """Tell whether a sphere meets that at ``base`` in a wall: rounding lets it touch both from outside."""
+    share = base[3] / (base[3] + radius)
+    px, py, pz = base[0] + share * x[0], base[1] + share * x[1], base[2] + share * x[2]
+    return bool(wall_room(px, py, pz, 0.0, bed.features, bed.near)[0] < ON_WALL * radius)
 
 
 @inner_loop
@@ -161,7 +173,7 @@ def places_at(
         return 0
     if makers < 2:
         return -1
-    cap, found = bench.cap, 0
+    cap, found, guess = bench.cap, 0, 0
     x, kind, surface, push = np.empty(3), np.empty(3, np.int64), np.empty((3, 4)), np.empty((3, 3))
     for a in range(1, makers):
         i = bench.maker[a]
@@ -172,13 +184,13 @@ def places_at(
                 continue
             turn = cap[i, 0] * cap[j, 0] + cap[i, 1] * cap[j, 1] + cap[i, 2] * cap[j, 2]
             det = 1.0 - turn * turn
-            if det < 1e-10:
+            first, second = cap[i, 3], cap[j, 3]
+            rest = det - first * first - second * second + 2.0 * turn * first * second
+            if rest < 0.0 or det < 1e-10:
                 continue
-            p, q = (cap[i, 3] - turn * cap[j, 3]) / det, (cap[j, 3] - turn * cap[i, 3]) / det
-            rest = (1.0 - p * p - q * q - 2.0 * p * q * turn) / det
-            if rest < 0.0:
-                continue
-            root = math.sqrt(rest)
+            inverse = 1.0 / det
+            p, q = (first - turn * second) * inverse, (second - turn * first) * inverse
+            root = math.sqrt(rest) * inverse
             mx = p * cap[i, 0] + q * cap[j, 0]
             my = p * cap[i, 1] + q * cap[j, 1]
             mz = p * cap[i, 2] + q * cap[j, 2]
@@ -188,9 +200,9 @@ def places_at(
             for side in range(2):
                 sign = 1.0 - 2.0 * side
                 ux, uy, uz = mx + sign * nx, my + sign * ny, mz + sign * nz
-                if found == len(place) or not _is_open(
-                    ux, uy, uz, i, j, count, cap, LOOSE if rough else ROUNDING
-                ):
+                closing = _closing(ux, uy, uz, i, j, count, cap, LOOSE if rough else ROUNDING, guess)
+                if closing >= 0 or found == len(place):
+                    guess = max(closing, 0)
                     continue
                 x[0], x[1], x[2] = far * ux, far * uy, far * uz
                 kind[0], kind[1], kind[2] = 0, bench.kind[i], bench.kind[j]
@@ -200,16 +212,16 @@ def places_at(
                 surface[2] = bench.surface[j]
                 if not curved:
                     if polished(x, kind, surface, push, base, radius, bed.features, slack):
-                        found = _kept(x, push, base, borne, aim, place, found)
+                        found = _kept(x, push, base, radius, borne, aim, place, found)
                     continue
-                if not polished_at_walls(
-                    x, kind, surface, push, base, radius, bed.features, bed.near, slack
-                ):
+                if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, bed.near, slack):
                     continue
-                if rough and not _is_open(
+                if rough and 0 <= _closing(
                     x[0] / far, x[1] / far, x[2] / far,
-                    i if i < count else -1, j if j < count else -1, count, cap, ROUNDING,
+                    i if i < count else -1, j if j < count else -1, count, cap, ROUNDING, guess,
                 ):  # fmt: skip
                     continue
-                found = _kept(x, push, base, borne, aim, place, found)
+                if meets_in_wall(x, base, radius, bed):
+                    continue
+                found = _kept(x, push, base, radius, borne, aim, place, found)
     return found

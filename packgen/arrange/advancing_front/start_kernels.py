@@ -7,14 +7,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.arrange.advancing_front.cap_kernels import caps_around
+from packgen.arrange.advancing_front.cap_kernels import ROWS, caps_around
 from packgen.arrange.advancing_front.cell_kernels import enter, is_free, leave, near_spheres
-from packgen.arrange.advancing_front.front_kernels import DRAWS, SPHERES, Front, Rule, keep_places, next_number, put
-from packgen.arrange.advancing_front.place_kernels import Aim, Bed, places_at, worth
+from packgen.arrange.advancing_front.front_kernels import (
+    DRAWS,
+    SPHERES,
+    Front,
+    Rule,
+    keep_places,
+    next_number,
+    put,
+)
+from packgen.arrange.advancing_front.place_kernels import DISTANCE, Aim, Bed, meets_in_wall, places_at, worth
 from packgen.arrange.advancing_front.surface_kernels import (
     FLAT,
     SPHERE,
-    polished,
     polished_at_walls,
     wall_room,
 )
@@ -25,7 +32,14 @@ from packgen.compiled import inner_loop, loop
 APPROACHES = 40
 """Steps in which a sphere is brought to a wall."""
 
-CONTACTS = 3
+FALLS = 20_000
+"""Steps in which a sphere is lowered, each of a radius at most."""
+
+LEVEL = 1.0e-9
+"""Slope of a gap from which it closes."""
+
+TURNS = 16
+"""Random directions in which places with fewer than three contacts are looked for."""
 
 CONTACT_SLACKS = 8.0
 """Gaps up to so many times the slack are contacts."""
@@ -76,7 +90,7 @@ def sow(
         if not _to_wall(x, push, radius, bed):
             continue
         up = push[0] * aim.vector[0] + push[1] * aim.vector[1] + push[2] * aim.vector[2]
-        if up < least_up or worth(x[0], x[1], x[2], aim) > worth_max:
+        if up < least_up or worth(x[0], x[1], x[2], 0.0, aim) > worth_max:
             continue
         if is_free(bed.cells, bed.ball, x, radius, bed.radius_max[0], 0.0):
             front.counter[DRAWS] += 1
@@ -100,21 +114,43 @@ def set_down(bed: Bed, front: Front, point: NDArray[np.float64], draw: int) -> i
     return put(bed, front, point[0], point[1], point[2], draw)
 
 
+@inner_loop
+def _fall(bed: Bed, point: NDArray[np.float64], radius: float, up: NDArray[np.float64]) -> float:
+    """Return how far a sphere falls before its gap to anything near closes, by the slopes of the gaps [m].
+
+    Spheres and triangles are not reached by that, planes just so, and walls around are passed by a little: what
+    is returned then is negative.
+    """
+    apart, number = np.empty((ROWS, 4)), np.empty(ROWS, np.int64)
+    fall = radius
+    near = near_spheres(bed.cells, bed.ball, point, 2.0 * radius, bed.radius_max[0], apart, number)
+    for k in range(near):
+        off = math.sqrt(apart[k, 0] ** 2 + apart[k, 1] ** 2 + apart[k, 2] ** 2)
+        slope = (apart[k, 0] * up[0] + apart[k, 1] * up[1] + apart[k, 2] * up[2]) / -off
+        if slope > LEVEL:
+            fall = min(fall, (off - apart[k, 3] - radius) / slope)
+    kind, row = bed.features
+    cell = cell_of(point[0], point[1], point[2], bed.near.grid)
+    low, boundless = bed.near.start[cell], count_boundless(point[0], point[1], point[2], bed.near)
+    for k in range(low - boundless, bed.near.start[cell + 1]):
+        f = candidate(k, low, boundless, kind, bed.near)
+        if f >= 0:
+            gap, px, py, pz = wall_gap(kind[f], row[f], point[0], point[1], point[2], radius)
+            slope = px * up[0] + py * up[1] + pz * up[2]
+            if slope > LEVEL:
+                fall = min(fall, gap / slope)
+    return fall
+
+
 @loop
 def lowered(bed: Bed, point: NDArray[np.float64], radius: float, up: NDArray[np.float64]) -> None:
-    """Lower a sphere's centre, shape (3,), until the sphere touches anything; it changes."""
-    apart, number = np.empty((4096, 4)), np.empty(4096, np.int64)
-    for _ in range(10 * APPROACHES):
-        reach = radius + bed.radius_max[0]
-        near = near_spheres(bed.cells, bed.ball, point, reach, bed.radius_max[0], apart, number)
-        room = min(wall_room(point[0], point[1], point[2], radius, bed.features, bed.near)[0], bed.radius_max[0])
-        for k in range(near):
-            off = math.sqrt(apart[k, 0] ** 2 + apart[k, 1] ** 2 + apart[k, 2] ** 2)
-            room = min(room, off - apart[k, 3] - radius)
-        if room <= bed.slack[0]:
-            return
+    """Lower a sphere's centre, shape (3,), until the sphere lies on something; it changes."""
+    for _ in range(FALLS):
+        fall = _fall(bed, point, radius, up)
         for axis in range(3):
-            point[axis] -= room * up[axis]
+            point[axis] -= fall * up[axis]
+        if abs(fall) <= bed.slack[0]:
+            return
 
 
 @inner_loop
@@ -147,6 +183,17 @@ def _across(vector: NDArray[np.float64], normal: NDArray[np.float64]) -> bool:
 
 
 @inner_loop
+def _aim_direction(base: NDArray[np.float64], aim: Aim, toward: NDArray[np.float64]) -> None:
+    """Write the unit vector, shape (3,), in which places become better."""
+    square = 0.0
+    for axis in range(3):
+        toward[axis] = aim.vector[axis] - base[axis] if aim.kind == DISTANCE else -aim.vector[axis]
+        square += toward[axis] * toward[axis]
+    for axis in range(3):
+        toward[axis] /= math.sqrt(max(square, 1e-300))
+
+
+@inner_loop
 def loose_places(bed: Bed, front: Front, rule: Rule, s: int, radius: float) -> int:
     """Find places at a sphere with one or two contacts, in random directions; return how many.
 
@@ -159,17 +206,30 @@ def loose_places(bed: Bed, front: Front, rule: Rule, s: int, radius: float) -> i
     )
     if makers < 0:
         return 0
-    first, second, found = np.empty(3), np.empty(3), 0
+    first, second, third, toward, found = np.empty(3), np.empty(3), np.empty(3), np.empty(3), 0
     x, kind, surface, push = np.empty(3), np.empty(3, np.int64), np.empty((3, 4)), np.empty((3, 3))
-    for attempt in range(24):
-        _random_unit(front.state, second)
-        i = bench.maker[attempt % makers] if makers > 0 and attempt < 16 else -1
+    _aim_direction(base, rule.aim, toward)
+    extremes = 2 * min(makers, TURNS)
+    for attempt in range(extremes + TURNS):
+        i = -1
+        if makers > 0:
+            i = bench.maker[(attempt // 2 if attempt < extremes else attempt) % makers]
         if i >= 0:
             first[:] = bench.cap[i, :3]
         else:
             _random_unit(front.state, first)
-        if not _across(second, first):
+        if attempt < extremes:
+            # The best and the worst point of the circle of places.
+            sign = 1.0 if attempt % 2 == 0 else -1.0
+            for axis in range(3):
+                third[axis] = sign * toward[axis]
+        else:
+            _random_unit(front.state, third)
+        if not _across(third, first):
             continue
+        for axis in range(3):
+            a, b = (axis + 1) % 3, (axis + 2) % 3
+            second[axis] = third[a] * first[b] - third[b] * first[a]
         # A plane through the middle of the sphere is the surface that is missing.
         cosine = bench.cap[i, 3] if i >= 0 else 0.0
         sine = math.sqrt(max(1.0 - cosine * cosine, 0.0))
@@ -181,19 +241,16 @@ def loose_places(bed: Bed, front: Front, rule: Rule, s: int, radius: float) -> i
             kind[1] = bench.kind[i]
             surface[1] = bench.surface[i]
         surface[2, :3] = second
-        third = (
-            first[1] * second[2] - first[2] * second[1],
-            first[2] * second[0] - first[0] * second[2],
-            first[0] * second[1] - first[1] * second[0],
-        )
         for axis in range(3):
             x[axis] = far * (cosine * first[axis] + sine * third[axis])
         if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, bed.near, slack):
             continue
         center = base[:3] + x
+        if meets_in_wall(x, base, radius, bed):
+            continue
         if is_free(bed.cells, bed.ball, center, radius, bed.radius_max[0], slack):
             rule.found[found, :3] = center
-            rule.found[found, 3] = worth(center[0], center[1], center[2], rule.aim)
+            rule.found[found, 3] = worth(center[0], center[1], center[2], radius, rule.aim)
             found += 1
     return found
 
@@ -242,7 +299,7 @@ def _walls_touched(bed: Bed, i: int) -> int:
 @loop
 def contact_counts(bed: Bed, first: int, end: int) -> NDArray[np.int64]:
     """Return how many spheres and walls each of some spheres touches."""
-    apart, number = np.empty((4096, 4)), np.empty(4096, np.int64)
+    apart, number = np.empty((ROWS, 4)), np.empty(ROWS, np.int64)
     counts = np.empty(end - first, np.int64)
     for i in range(first, end):
         counts[i - first] = _touching(bed, i, apart, number) + _walls_touched(bed, i)
@@ -255,14 +312,12 @@ def repair(bed: Bed, front: Front, rule: Rule, i: int) -> bool:
 
     It goes on touching all spheres that it touches, for they may need it.
     """
-    apart, number = np.empty((4096, 4)), np.empty(4096, np.int64)
+    apart, number = np.empty((ROWS, 4)), np.empty(ROWS, np.int64)
     before, radius = bed.ball[i].copy(), bed.ball[i, 3]
     touched = _touching(bed, i, apart, number)
     held = number[:touched].copy()
     if touched == 0:
-        touched = near_spheres(
-            bed.cells, bed.ball, before, 3.0 * radius, bed.radius_max[0], apart, number
-        )
+        touched = near_spheres(bed.cells, bed.ball, before, 3.0 * radius, bed.radius_max[0], apart, number)
         order = np.argsort((apart[:touched, :3] ** 2).sum(axis=1))
     else:
         order = np.arange(touched)

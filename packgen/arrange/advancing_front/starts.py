@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from packgen.arrange.advancing_front.growth import Growth
-from packgen.arrange.advancing_front.place_kernels import ALTITUDE, DEPTH, DISTANCE, Aim
+from packgen.arrange.advancing_front.place_kernels import ALTITUDE, DISTANCE, Aim
 from packgen.arrange.advancing_front.start_kernels import free_points, loosen, lowered, set_down, sow
 from packgen.arrange.space.region import Region
 from packgen.arrays import Float64Array, Int64Array
@@ -25,39 +24,21 @@ FLAT = 0.9
 
 POINTS_MAX = 4_000_000
 
-DEPTH_CELLS = 4_000_000
+BY_RADIUS = -2.0
+"""What a sphere's radius adds to the height or distance of its place, in radii: the lower, the sooner the large
+ones are placed."""
 
 SAMPLES = 40_000
 """Random points that find the room that is left."""
 
 
-def aim_of(region: Region, rule: str, mean_radius: float, *, from_walls: bool) -> Aim:
-    """Return which places are best.
-
-    Args:
-        region: The zone.
-        rule: ``lowest`` or ``nearest``.
-        mean_radius: Mean radius [m].
-        from_walls: Whether ``nearest`` is nearest to the walls; else to the middle.
-    """
-    nothing = np.zeros((2, 2, 2))
+def aim_of(region: Region, rule: str) -> Aim:
+    """Return which places are best by a rule, ``lowest`` or ``nearest``."""
     if rule == "lowest":
-        return Aim(ALTITUDE, np.array(region.frame[2]), nothing, np.zeros(3), np.ones(3))
-    if not from_walls:
-        return Aim(DISTANCE, region.bounds.mean(axis=0), nothing, np.zeros(3), np.ones(3))
-    low, high = region.bounds
-    extent = high - low
-    step = max(mean_radius, (float(np.prod(extent)) / DEPTH_CELLS) ** (1.0 / 3.0))
-    cells = np.maximum(np.ceil(extent / step).astype(np.int64), 1)
-    steps = extent / cells
-    axes = [low[axis] + (np.arange(cells[axis]) + 0.5) * steps[axis] for axis in range(3)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    inside = (region.clearance(points) >= 0.0).reshape(tuple(cells))
-    wraps = region.walls.seams.period > 0.0
-    rim = np.pad(inside, [(0, 0) if each else (1, 1) for each in wraps])
-    depth = np.asarray(distance_transform_edt(rim, sampling=steps), np.float64)
-    depth = np.pad(depth, [(1, 1) if each else (0, 0) for each in wraps], mode="wrap")
-    return Aim(DEPTH, np.zeros(3), depth, low - 0.5 * steps, steps)
+        return Aim(ALTITUDE, np.array(region.frame[2]), BY_RADIUS)
+    least, _ = region.rectangle()
+    corner = np.array([[*least, region.floor]])
+    return Aim(DISTANCE, components(corner, region.frame.T)[0], BY_RADIUS)
 
 
 class Starts:
@@ -74,7 +55,7 @@ class Starts:
         self._region, self._growth, self._rng = region, growth, rng
 
     def sow(self, mean_radius: float, draws_max: int) -> None:
-        """Place spheres apart from each other on the floor, or on all walls, where these are best."""
+        """Place spheres apart from each other on the floor, where the lowest places are best."""
         aim = self._growth.rule.aim
         if aim.kind == DISTANCE:
             return
@@ -84,12 +65,10 @@ class Starts:
         points = low + self._rng.random((count, 3)) * (high - low)
         room = self._region.clearance(points, 0.0)
         points = points[(room > 0.0) & (room < (1.0 + SHELL) * 1.5 * mean_radius)]
-        if aim.kind == ALTITUDE and len(points):
+        if len(points):
             altitude = components(points, aim.vector)
             lowest = float(altitude.min()) + 3.0 * self._growth.bed.radius_max[0]
             sow(self._growth.bed, self._growth.front, points, FLAT, aim, lowest, draws_max)
-        elif len(points):
-            sow(self._growth.bed, self._growth.front, points, -2.0, aim, np.inf, draws_max)
 
     def somewhere(self, draw: int) -> bool:
         """Place a draw where there is room for it, if anywhere, and let the front go on from there."""
@@ -105,7 +84,7 @@ class Starts:
             best = points[np.argmin(components(points, aim.vector))].copy()
             lowered(growth.bed, best, radius, aim.vector)
         else:
-            away = points - (aim.vector if aim.kind == DISTANCE else self._region.bounds.mean(axis=0))
+            away = points - aim.vector
             best = points[np.argmin((away * away).sum(axis=1))].copy()
         number = set_down(growth.bed, growth.front, best, draw)
         growth.provide(np.array([number], np.int64))
@@ -114,9 +93,7 @@ class Starts:
     def loosely(self, spheres: Int64Array, draw: int) -> bool:
         """Let one of some spheres keep a place with fewer than three contacts; tell whether it does."""
         growth = self._growth
-        return any(
-            loosen(growth.bed, growth.front, growth.rule, int(s), draw) > 0 for s in spheres
-        )
+        return any(loosen(growth.bed, growth.front, growth.rule, int(s), draw) > 0 for s in spheres)
 
 
 def balls_near(region: Region, position: Float64Array, radius: Float64Array, reach: float) -> Float64Array:
