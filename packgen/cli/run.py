@@ -182,11 +182,13 @@ def _measure(
     """Check and measure a bed, the packed one or what a solver has made of it; note what is left out."""
     from packgen.bed import Bed
     from packgen.check import check_bed, wall_clearance
+    from packgen.distributions import Free
     from packgen.measure.order import WALL_REACH
     from packgen.pieces import PieceBed
     from packgen.report import measure_bed
 
-    by_name = {each.name: each.distribution for each in scene.particle_sets}
+    drawn = [each for each in scene.particle_sets if not isinstance(each.distribution, Free)]
+    by_name = {each.name: each.distribution for each in drawn}
     laws = [by_name.get(each.name) for each in bed.particle_sets]
     if isinstance(bed, PieceBed):
         from packgen.report_in_pieces import check_pieces, left_out, measure_pieces

@@ -17,6 +17,7 @@ from packgen.arrange.spheres import Spheres
 from packgen.bed import Bed, EarlierBed
 from packgen.bedfile import plain
 from packgen.check import check_bed, wall_clearance
+from packgen.distributions import Free
 from packgen.errors import PackingError, ReadError
 from packgen.filling.earlier_sets import SAME_DENSITY, set_index_in, with_earlier_sets
 from packgen.geometry import Container, floor_direction
@@ -176,6 +177,8 @@ def _refuse_other_densities(place: str, spheres: SphereFile, bed: Bed) -> None:
 
 def _warn_of_sizes(scene: Scene, bed: Bed, warn: Callable[[str], None]) -> None:
     """Warn of spheres so much larger or smaller than the scene's that a unit is likely to be wrong."""
+    if any(isinstance(each.distribution, Free) for each in scene.particle_sets):
+        return  # voids may be of any size
     mean = float(bed.radius.mean())
     bounds = [each.distribution.radius_bounds for each in scene.particle_sets]
     apart = min(max(low / mean, mean / high, 1.0) for low, high in bounds)

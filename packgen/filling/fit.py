@@ -16,7 +16,7 @@ from packgen.filling.room import Locations, narrowest, room_of, width_of
 from packgen.filling.unit_remarks import extent_text, units_remark
 from packgen.geometry import Container
 from packgen.supply.close_packing import EQUAL_SPHERES
-from packgen.supply.shares import expected_count, mean_weights, number_shares, size_weights
+from packgen.supply.shares import expected_count, free_sizes, mean_weights, number_shares, size_weights
 from packgen.supply.supply import COUNT_LIMIT
 
 if TYPE_CHECKING:
@@ -34,11 +34,16 @@ WIDE_SHARE = 1.0e-3
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a zone asks for: sizes, mean volume of a sphere [m3], and number; None: until full."""
+    """What a zone asks for: sizes, mean volume of a sphere [m3], and number; None: until full.
+
+    Attributes:
+        free: Whether its sizes are those of the voids; the sizes here are then the least ones.
+    """
 
     sizes: Sizes
     mean_volume: float
     count: float | None
+    free: bool = False
 
 
 class Amounts:
@@ -85,6 +90,8 @@ class Amounts:
         """Return a line where a zone of some volume [m3] and least extent [m] asks for more than fits."""
         zone, spec, scene = self._zones[index], self._scene.zones[index], self._scene
         path = f"zones[{index}]"
+        if zone.free:
+            return self._too_many_free(zone, path, room)
         if zone.count is None:
             count = self._filling_count(zone, room, COUNT_LIMIT)
             if count <= COUNT_LIMIT:
@@ -110,10 +117,20 @@ class Amounts:
             f"than {densest:.2f}, and a poured bed about {poured:.2f}; {self._remark}"
         ]
 
+    def _too_many_free(self, zone: Asked, path: str, room: float) -> list[str]:
+        """Return a line where the smallest spheres that a zone may have do not fit, one beside the other."""
+        if zone.count is None or zone.count * zone.mean_volume <= room:
+            return []
+        return [
+            f"{self._scene.named(f'{path}.n_particles')}: found {zone.count:,.0f}, expected at most "
+            f"{int(room / zone.mean_volume):,}: the zone has {room:.4g} m3, and no sphere is smaller than "
+            f"radius_min = {zone.sizes.radius_min:.4g} m; {self._remark}"
+        ]
+
     def too_many_together(self) -> list[str]:
         """Return a line where the zones fit one by one, but not together."""
         volume, width = self._container.volume, width_of(self._container)
-        counted = [(zone, zone.count) for zone in self._zones if zone.count]
+        counted = [(zone, zone.count) for zone in self._zones if zone.count and not zone.free]
         solid = sum(count * zone.mean_volume for zone, count in counted)
         if self._fitted or solid <= EQUAL_SPHERES * volume:
             return []
@@ -136,6 +153,8 @@ class Amounts:
         scene, bounds = self._scene, self._container.bounds
         lines = []
         for index, (zone, room) in enumerate(zip(self._zones, rooms, strict=True)):
+            if zone.free:
+                continue
             count = self._filling_count(zone, room, MANY)
             if zone.count is None and count > MANY:
                 path = f"zones[{index}]"
@@ -145,7 +164,7 @@ class Amounts:
                 )
         width, _ = narrowest(bounds, self._container.periodic)
         widest = 2.0 * max(zone.sizes.radius_max for zone in self._zones)
-        counted = all(zone.count is not None for zone in self._zones)
+        counted = all(zone.count is not None and not zone.free for zone in self._zones)
         if counted and not self._fitted and VAST * widest < width < np.inf:
             lines.append(
                 f"{scene.named('container')}: {extent_text(bounds)}, {width / widest:,.0f} times "
@@ -230,4 +249,4 @@ def asked_of(zone: ZoneSpec, scene: Scene) -> Asked:
     mean_volume = float(share @ mean_weights("volume", sets))
     smallest, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
     sizes = Sizes(*size_weights(share, sets), smallest, largest)
-    return Asked(sizes, mean_volume, expected_count(zone, sets))
+    return Asked(sizes, mean_volume, expected_count(zone, sets), free_sizes(zone, sets) is not None)

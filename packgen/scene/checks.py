@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from packgen.arrange.registry import BUILTIN, DEFAULT, find
-from packgen.distributions import Listed
+from packgen.distributions import Free, Listed
 from packgen.errors import PackingError
 from packgen.scene.document import SceneFile
 from packgen.scene.faults import Fault, Said
@@ -18,7 +18,9 @@ from packgen.scene.models import AMOUNTS, FRACTIONS, ZoneSpec
 from packgen.scene.yamlmarks import Location
 from packgen.supply.shares import expected_count, number_shares
 
-__all__ = ["across", "algorithm_of", "fill_proportions", "of_amounts", "of_start", "ways_to_hold"]
+__all__ = [
+    "across", "algorithm_of", "fill_proportions", "of_amounts", "of_free_sizes", "of_start", "ways_to_hold",
+]  # fmt: skip
 
 
 def across(data: dict[str, Any]) -> list[Fault]:
@@ -124,12 +126,14 @@ def _walls(data: dict[str, Any]) -> list[Fault]:
 def fill_proportions(document: SceneFile) -> tuple[ZoneSpec, ...]:
     """Return the zones with proportions that add up to 1.
 
-    A zone that says none gets equal shares; where every set is a file of radii, shares that use each
-    sphere once.
+    A zone that says none gets equal shares of all sets but those whose sizes are free, unless all are; where
+    every set is a file of radii, shares that use each sphere once.
     """
     laws = [each.distribution for each in document.particle_sets]
     lists = [law.count for law in laws if isinstance(law, Listed)]
     equal = [float(count) for count in lists] if len(lists) == len(laws) else [1.0] * len(laws)
+    if not all(isinstance(law, Free) for law in laws):
+        equal = [0.0 if isinstance(law, Free) else share for law, share in zip(laws, equal, strict=True)]
     zones = []
     for zone in document.zones:
         by_list = not zone.set_proportions and len(lists) == len(laws)
@@ -158,6 +162,39 @@ def of_amounts(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
                 expected = f"at most {law.count / share / count * getattr(zone, key):.6g}: "
                 expected += f"the file of radii has {law.count} spheres"
                 faults.append(Fault(("zones", index, key), getattr(zone, key), expected))
+    return faults
+
+
+def of_free_sizes(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Fault]:
+    """Return the sets of free sizes that the algorithm does not size, and what zones cannot ask of them."""
+    free = [isinstance(each.distribution, Free) for each in document.particle_sets]
+    if not any(free):
+        return []
+    name, sized = document.algorithm, getattr(document.params, "free_sizes", None)
+    if sized is None:
+        place = ("particle_sets", free.index(True), "radius_distribution")
+        expected = f"a law of sizes: {name} sizes no spheres by their voids; take `algorithm: VOID_FILLING`"
+        return [Fault(place, "free", f"{expected}, or the `fill` of ADVANCING_FRONT")]
+    faults = []
+    for index, zone in enumerate(zones):
+        shares = [share for share, each in zip(zone.set_proportions, free, strict=True) if each and share > 0]
+        place = ("zones", index, "set_proportions")
+        said = Said(f"a share of {shares[0]:g} of a set of free sizes" if shares else "")
+        if shares and sized == "fill":
+            faults.append(Fault(place, said, f"a share of 0: `fill` of {name} places it; leave it out"))
+        elif shares and max(shares) < 1.0:
+            expected = "a zone of its own: it takes the voids that others leave; give it one after theirs"
+            faults.append(Fault(place, said, expected))
+        elif shares and (key := next((key for key in AMOUNTS[1:] if getattr(zone, key) is not None), None)):
+            expected = "n_particles, or none: nobody knows sizes before; `params: {coverage: ...}` is a limit"
+            faults.append(Fault(("zones", index, key), getattr(zone, key), expected))
+    unused = [
+        index
+        for index, each in enumerate(free)
+        if each and sized == "zones" and not any(zone.set_proportions[index] > 0.0 for zone in zones)
+    ]
+    expected = "one whose `set_proportions` give it all, after those of the other sets"
+    faults += [Fault(("particle_sets", each), Said("no zone for free sizes"), expected) for each in unused]
     return faults
 
 

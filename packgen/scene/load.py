@@ -23,6 +23,7 @@ from packgen.scene.checks import (
     algorithm_of,
     fill_proportions,
     of_amounts,
+    of_free_sizes,
     of_start,
     ways_to_hold,
 )
@@ -149,7 +150,8 @@ def load_scene(source: Path | str | Mapping[str, Any], changes: Sequence[str | C
     faults += unknown
     if not faults:
         zones = fill_proportions(document)
-        faults = [*of_amounts(document, zones), *of_start(document)]
+        faults = of_free_sizes(document, zones)
+        faults = faults or [*of_amounts(document, zones), *of_start(document)]
     if faults or wrong:
         raise SceneError([*wrong, *lines_of(faults, marked)])
     return _scene(path, document, zones, marked)

@@ -150,7 +150,26 @@ class FileSet(SetKeys):
         return distributions.Listed.from_file(self.path)
 
 
+class FreeSet(SetKeys):
+    """Spheres as large as the voids are, between two radii [m]; of algorithms that fill voids."""
+
+    radius_distribution: Literal["free"]
+    radius_min: PositiveLength
+    radius_max: PositiveLength | None = None
+
+    def _build(self) -> Distribution:
+        return distributions.Free(self.radius_min, self.radius_max)
+
+
 ParticleSetSpec = Annotated[
-    ConstantSet | UniformSet | NormalSet | LognormalSet | RosinRammlerSet | SieveSet | DiscreteSet | FileSet,
+    ConstantSet
+    | UniformSet
+    | NormalSet
+    | LognormalSet
+    | RosinRammlerSet
+    | SieveSet
+    | DiscreteSet
+    | FileSet
+    | FreeSet,
     Discriminator("radius_distribution"),
 ]

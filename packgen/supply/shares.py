@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
-from packgen.distributions import UNIT_VOLUME, Distribution
+from packgen.distributions import UNIT_VOLUME, Distribution, Free
 from packgen.distributions.base import StepLaw
 from packgen.portable import cube
 
@@ -19,6 +19,7 @@ __all__ = [
     "Amount",
     "SizedSet",
     "expected_count",
+    "free_sizes",
     "largest_remainder",
     "largest_remainders",
     "number_shares",
@@ -85,6 +86,12 @@ def number_shares(zone: Amount, sets: Sequence[SizedSet]) -> Float64Array:
     if zone.proportions_by != "number":
         share /= mean_weights(zone.proportions_by, sets)
     return np.asarray(share / share.sum())
+
+
+def free_sizes(zone: Amount, sets: Sequence[SizedSet]) -> Free | None:
+    """Return the bounds of the sizes of a zone that fills voids; None: its sizes are drawn."""
+    used = [each.distribution for each, share in zip(sets, zone.set_proportions, strict=True) if share > 0.0]
+    return next((law for law in used if isinstance(law, Free)), None)
 
 
 def mean_weights(by: str, sets: Sequence[SizedSet]) -> Float64Array:

@@ -27,6 +27,7 @@ from packgen.supply.shares import (
     Amount,
     SizedSet,
     expected_count,
+    free_sizes,
     largest_remainder,
     mean_weights,
     number_shares,
@@ -101,6 +102,8 @@ class Supply:
         shares: Share of each set by number, shape (sets,).
         counts: Number of spheres of each set, shape (sets,), int64; None where ``asked`` is None.
         fit: How closely the spheres add up to the volume or mass asked for; None: to none.
+        free: Bounds of the sizes where these are to be those of the voids: all radii drawn are the least one,
+            and stand for spheres still to be sized. None: radii are as drawn.
     """
 
     def __init__(self, zone: Amount, particle_sets: Sequence[SizedSet], rng: np.random.Generator) -> None:
@@ -116,6 +119,7 @@ class Supply:
         """
         self._sets, self._rng = tuple(particle_sets), rng
         self.shares = number_shares(zone, particle_sets)
+        self.free = free_sizes(zone, particle_sets)
         self._count_by_set = np.zeros(len(self._sets), dtype=np.int64)
         self._stock = [np.empty(0) for _ in self._sets]
         self._queue: deque[Draw] = deque()
