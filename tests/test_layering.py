@@ -107,7 +107,7 @@ UPPER = (
 
 
 def test_there_are_algorithms_with_rooms_of_their_own():
-    assert ALGORITHMS == ["adam", "collective", "dispersed", "jammed"]
+    assert ALGORITHMS == ["adam", "advancing_front", "collective", "dispersed", "jammed"]
     assert all((ROOT / "packgen/arrange" / name / "params.py").is_file() for name in ALGORITHMS)
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from packgen.arrange.advancing_front.fill import fill_voids
 from packgen.arrange.advancing_front.growth import Growth
-from packgen.arrange.advancing_front.starts import Starts, aim_of, balls_near
 from packgen.arrange.advancing_front.start_kernels import contact_counts, repair
+from packgen.arrange.advancing_front.starts import Starts, aim_of, balls_near
 from packgen.arrange.space.region import Region, make_region
 from packgen.arrange.spheres import Spheres
 from packgen.arrange.task import Filled, Listener, Progress, Task, ZoneTask
 from packgen.arrange.zones import fill_zones
+from packgen.distributions import UNIT_VOLUME
+from packgen.errors import PackingError
+from packgen.portable import cube
 from packgen.supply.supply import Draw, Supply
 
 ROOM = 1.65
@@ -30,6 +34,8 @@ TRIED_LOOSELY = 200
 
 RESTARTS_MAX = 1000
 
+VOLUME_POINTS = 100_000
+
 
 def arrange(task: Task) -> Spheres:
     """Fill the zones of a task; see ``fill_zones``."""
@@ -40,9 +46,14 @@ def fill_zone(zone: ZoneTask, earlier: Spheres, rng: np.random.Generator, listen
     """Fill one zone beside the spheres of earlier ones; see ``task.FillZone``.
 
     Raises:
-        PackingError: The zone lies outside the container.
+        PackingError: The zone lies outside the container, or has no floor where the lowest places are best.
     """
     setting, supply = zone.setting, zone.supply.copy()
+    if setting.settings.rule == "lowest" and (setting.down[list(setting.container.periodic)] != 0.0).any():
+        raise PackingError(
+            f"{zone.place}: found a box that wraps around along gravity, expected a floor for `rule: "
+            "lowest`; take `rule: nearest`, or leave that axis out of `periodic`"
+        )
     region = make_region(
         setting.container, zone.locations, setting.down, ROOM * supply.radius_max, zone.place,
         supply.radius_min,
@@ -75,6 +86,7 @@ class _Filling:
         self._growth = Growth(region, near, self._draw.radius, aim, rule == "lowest", rng)
         self._starts = Starts(region, self._growth, rng)
         self._mean = mean
+        self._filled = np.empty((0, 4))
 
     def fill(self) -> None:
         """Place spheres until all are, or no place is left."""
@@ -90,6 +102,7 @@ class _Filling:
                 break
             restarts += 1
         self._repair()
+        self._fill_voids()
 
     def _advance(self) -> bool:
         """Place spheres; tell whether the front goes on with more draws."""
@@ -134,7 +147,39 @@ class _Filling:
         growth = self._growth
         counts = contact_counts(growth.bed, growth.first, growth.count)
         for i in growth.first + np.flatnonzero(counts < 3):
-            repair(growth.bed, growth.front, growth.rule, int(i))
+            repair(growth.bed, growth.rule, int(i))
+
+    def _fill_voids(self) -> None:
+        """Put spheres into the voids, where that is asked for."""
+        fill, growth = self._zone.setting.settings.fill, self._growth
+        if fill is None:
+            return
+        if self._supply.fill_set is None:
+            raise PackingError(
+                f"{self._zone.place}: found `fill` without a set for its spheres, expected one with "
+                "`radius_distribution: free` among particle_sets"
+            )
+        most = fill.radius_max or self._supply.radius_max
+        ball = growth.bed.ball[: growth.count]
+        own = float((UNIT_VOLUME * cube(ball[growth.first :, 3])).sum())
+        volume = np.inf if fill.until is None else fill.until * self._volume() - own
+        self._filled = fill_voids(
+            self._region,
+            ball,
+            (fill.radius_min, most),
+            volume,
+            lambda count: self._tell(growth.count + count),
+        )
+        self._supply.add_made(self._supply.fill_set, len(self._filled))
+
+    def _volume(self) -> float:
+        """Return the volume of the zone [m3], that of a location to about 1 %."""
+        container, region = self._zone.setting.container, self._region
+        if not self._zone.locations:
+            return container.volume
+        low, high = region.bounds
+        points = low + np.random.default_rng(0).random((VOLUME_POINTS, 3)) * (high - low)
+        return float(np.prod(high - low)) * float((region.clearance(points) >= 0.0).mean())
 
     def _tell(self, count: int) -> None:
         placed, total = count - self._growth.first, self._supply.asked
@@ -150,8 +195,10 @@ class _Filling:
         unused[own] = False
         if unused.any():
             self._supply.put_back(Draw(draw.radius[unused], draw.set_index[unused]))
-        nothing = np.zeros(len(own), np.int32)
+        filled = self._filled
+        nothing = np.zeros(len(own) + len(filled), np.int32)
+        fill_set = np.full(len(filled), self._supply.fill_set or 0, np.int32)
         return Spheres(
-            np.array(ball[:, :3]), draw.radius[own], draw.set_index[own],
-            nothing + np.int32(self._zone.index), nothing,
+            np.concatenate([ball[:, :3], filled[:, :3]]), np.concatenate([draw.radius[own], filled[:, 3]]),
+            np.concatenate([draw.set_index[own], fill_set]), nothing + np.int32(self._zone.index), nothing,
         )  # fmt: skip

@@ -1,8 +1,8 @@
 """What the neighbours of a sphere leave of the places where another one touches it.
 
-A sphere of radius R that touches one of radius s has its centre on a ball of radius s + R. Each neighbour and
-each plane wall takes a cap of that ball: the unit vectors u with n . u > c. Places where the new sphere touches
-three at once are the corners of what is left.
+A sphere of radius R that touches one of radius s has its centre on a ball of radius s + R. Each neighbour
+and each plane wall takes a cap of that ball: the unit vectors u with n . u > c. Places where the new sphere
+touches three at once are the corners of what is left.
 """
 
 from __future__ import annotations
@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from packgen.arrange.advancing_front.cell_kernels import Cells, near_spheres
 from packgen.arrange.advancing_front.surface_kernels import FEATURE, FLAT, HOLLOW, SPHERE, is_curved
-from packgen.arrange.space.feature_kernels import BALL, CENTER_PLANE, PLANE, Features, wall_gap
+from packgen.arrange.space.feature_kernels import (
+    BALL,
+    CENTER_PLANE,
+    PLANE,
+    Features,
+    out_of_reach,
+    wall_gap,
+)
 from packgen.arrange.space.map_kernels import FeatureMap, candidate, cell_of, count_boundless
 from packgen.compiled import inlined, inner_loop
 
@@ -25,7 +32,7 @@ ROWS = 4096
 FLATS_MAX = 12
 """Plane walls that take caps; where more are near they are many facets, and are treated as curved walls."""
 
-RAY_STEPS = 4
+RAY_STEPS = 3
 
 NEAR_WALL = 0.25
 """A ray ends so near to a wall, in radii of the new sphere."""
@@ -38,7 +45,8 @@ class Bench(NamedTuple):
         apart: Spheres: centres and radii [m], shape (ROWS, 4).
         number: Their numbers, shape (ROWS,), int64.
         item: Wall features, shape (ROWS,), int64.
-        cap: Caps: unit vector, and cosine, shape (ROWS, 4). Those that are certain come first, by rising cosine.
+        cap: Caps: unit vector, and cosine, shape (ROWS, 4). Those that are certain come first, by rising
+            cosine.
         kind: Kind of the surface of each cap, shape (ROWS,), int64; see ``surface_gap``.
         surface: The surface, shape (ROWS, 4).
         maker: Caps whose edges are not covered by one other cap, shape (ROWS,), int64.
@@ -107,9 +115,9 @@ def _caps_of_spheres(
 
 
 @inner_loop
-def _near_features(
+def _near_features(  # type: ignore[no-untyped-def]
     base: NDArray[np.float64], reach: float, features: Features, near: FeatureMap, bench: Bench
-):  # type: ignore[no-untyped-def]
+):
     """List the features closer to a sphere's surface than a reach: how many, and whether any is curved."""
     kind, row = features
     x, y, z = base[0], base[1], base[2]
@@ -119,6 +127,8 @@ def _near_features(
     for k in range(low - boundless, near.start[cell + 1]):
         f = candidate(k, low, boundless, kind, near)
         if f < 0 or count == len(bench.item):
+            continue
+        if out_of_reach(kind[f], row[f], x, y, z, reach + base[3]):
             continue
         own = 0.0 if kind[f] == CENTER_PLANE else base[3]
         if wall_gap(kind[f], row[f], x, y, z, own)[0] >= reach + base[3] - own:
@@ -135,7 +145,7 @@ def _caps_of_walls(
     base: NDArray[np.float64], radius: float, walls: int, count: int, features: Features, bench: Bench,
     flat: bool,
 ) -> int:  # fmt: skip
-    """List the caps that planes and spheres around take; return how many caps there are, -1: nothing is left."""
+    """List the caps that planes and spheres around take; return how many there are, -1: nothing is left."""
     far, rows = base[3] + radius, bench.spare
     for k in range(walls):
         f = bench.item[k]
@@ -170,13 +180,17 @@ def _caps_of_walls(
 
 
 @inner_loop
-def _nearest(x: float, y: float, z: float, walls: int, features: Features, bench: Bench, flat: bool):  # type: ignore[no-untyped-def]
-    """Return the distance of a point to the curved features listed [m], and which one is nearest; -1: none."""
+def _nearest(  # type: ignore[no-untyped-def]
+    x: float, y: float, z: float, walls: int, features: Features, bench: Bench, flat: bool
+):
+    """Return a point's distance to the curved features listed [m], and which one is nearest; -1: none."""
     least, which = np.inf, -1
     for k in range(walls):
         f = bench.item[k]
         kind = features.kind[f]
         if kind == BALL or (kind <= CENTER_PLANE and flat):
+            continue
+        if out_of_reach(kind, features.row[f], x, y, z, least):
             continue
         gap = wall_gap(kind, features.row[f], x, y, z, 0.0)[0]
         if gap < least:
@@ -277,7 +291,7 @@ def _makers(bench: Bench, count: int, total: int) -> int:
 
 
 @inner_loop
-def caps_around(
+def caps_around(  # type: ignore[no-untyped-def]
     cells: Cells,
     ball: NDArray[np.float64],
     base: NDArray[np.float64],
@@ -286,7 +300,7 @@ def caps_around(
     features: Features,
     near: FeatureMap,
     bench: Bench,
-):  # type: ignore[no-untyped-def]
+):
     """List the caps around a sphere that another one cannot touch.
 
     Args:

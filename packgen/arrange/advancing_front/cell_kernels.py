@@ -17,7 +17,7 @@ class Cells(NamedTuple):
     Attributes:
         low: Lower corner [m], shape (3,).
         size: Size of a cell [m], shape (3,).
-        count: Cells along each axis, shape (3,), int64.
+        cells: Cells along each axis, shape (3,), int64.
         period: Length after which space repeats [m], 0 where it does not, shape (3,).
         head: Last sphere of each cell, -1 where there is none, int32; x is slowest.
         following: The sphere before it in its cell, one for each sphere, -1: none, int32.
@@ -25,7 +25,7 @@ class Cells(NamedTuple):
 
     low: NDArray[np.float64]
     size: NDArray[np.float64]
-    count: NDArray[np.int64]
+    cells: NDArray[np.int64]
     period: NDArray[np.float64]
     head: NDArray[np.int32]
     following: NDArray[np.int32]
@@ -38,7 +38,7 @@ def _span(along: float, reach: float, axis: int, cells: Cells):  # type: ignore[
     last = math.floor((along + reach - cells.low[axis]) / cells.size[axis])
     if cells.period[axis] == 0.0:
         # What lies beyond the grid is in the outermost cells.
-        most = cells.count[axis] - 1
+        most = cells.cells[axis] - 1
         first, last = max(min(first, most), 0), max(min(last, most), 0)
     return first, last
 
@@ -48,10 +48,10 @@ def _turned(place: int, axis: int, cells: Cells):  # type: ignore[no-untyped-def
     """Return the cell that stands for one beyond the box, and how far its spheres are moved for it [m]."""
     shift = 0.0
     while place < 0:
-        place += cells.count[axis]
+        place += cells.cells[axis]
         shift -= cells.period[axis]
-    while place >= cells.count[axis]:
-        place -= cells.count[axis]
+    while place >= cells.cells[axis]:
+        place -= cells.cells[axis]
         shift += cells.period[axis]
     return place, shift
 
@@ -63,7 +63,7 @@ def cell_at(cells: Cells, center: NDArray[np.float64]) -> int:
     for axis in range(3):
         place, _ = _span(center[axis], 0.0, axis, cells)
         place, _ = _turned(place, axis, cells)
-        cell = cell * cells.count[axis] + place
+        cell = cell * cells.cells[axis] + place
     return int(cell)
 
 
@@ -124,7 +124,7 @@ def near_spheres(
         cell_x, shift_x = _turned(a, 0, cells)
         for b in range(first_y, last_y + 1):
             cell_y, shift_y = _turned(b, 1, cells)
-            row = (cell_x * cells.count[1] + cell_y) * cells.count[2]
+            row = (cell_x * cells.cells[1] + cell_y) * cells.cells[2]
             for c in range(first_z, last_z + 1):
                 cell_z, shift_z = _turned(c, 2, cells)
                 j = cells.head[row + cell_z]
@@ -162,7 +162,7 @@ def is_free(
         cell_x, shift_x = _turned(a, 0, cells)
         for b in range(first_y, last_y + 1):
             cell_y, shift_y = _turned(b, 1, cells)
-            row = (cell_x * cells.count[1] + cell_y) * cells.count[2]
+            row = (cell_x * cells.cells[1] + cell_y) * cells.cells[2]
             for c in range(first_z, last_z + 1):
                 cell_z, shift_z = _turned(c, 2, cells)
                 j = cells.head[row + cell_z]

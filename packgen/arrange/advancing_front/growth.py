@@ -75,8 +75,8 @@ class Growth:
         ball[: self.first] = earlier
         largest = max(float(radius.max()), float(earlier[:, 3].max(initial=0.0)))
         features, near = region.walls.features, region.walls.near
-        slack = 5.0 * SLACK * float(radius.min()) + SLACK * float(np.abs(region.bounds).max())
-        cells = _cells(region, float(radius.mean()), capacity)
+        slack = slack_of(region, float(radius.min()))
+        cells = new_cells(region, float(radius.mean()), capacity)
         self.bed = Bed(ball, cells, features, near, np.array([largest]), np.array([slack]))
         equal = bool(radius.min() == radius.max())
         self.rule = Rule(aim, borne, equal, new_bench(), np.empty((PLACES_MAX, 4)))
@@ -181,8 +181,13 @@ def _longer(array: Any, length: int) -> Any:
     return longer
 
 
-def _cells(region: Region, mean_radius: float, capacity: int) -> Cells:
-    """Return cells over a region, empty."""
+def slack_of(region: Region, radius_min: float) -> float:
+    """Return the gap that counts as a contact [m]."""
+    return 5.0 * SLACK * radius_min + SLACK * float(np.abs(region.bounds).max())
+
+
+def new_cells(region: Region, mean_radius: float, capacity: int) -> Cells:
+    """Return empty cells over a region for a number of spheres."""
     low, high = region.bounds
     extent = high - low
     size = max(2.0 * mean_radius, cube_root(float(np.prod(extent)) / CELLS_MAX))

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from packgen.arrange.advancing_front.cap_kernels import Bench, caps_around
 from packgen.arrange.advancing_front.cell_kernels import Cells
 from packgen.arrange.advancing_front.surface_kernels import (
-    FEATURE,
-    FLAT,
     is_borne,
     polished,
     polished_at_walls,
@@ -31,7 +29,7 @@ PLACES_MAX = 64
 ROUNDING = 1.0e-14
 """By how much, of the largest cosine, a place may be inside a cap."""
 
-LOOSE = 0.3
+LOOSE = 0.1
 """The same for places at curved walls before they are exact."""
 
 
@@ -78,7 +76,7 @@ def worth(x: float, y: float, z: float, radius: float, aim: Aim) -> float:
     """Return what is least at the best place [m]."""
     vector = aim.vector
     if aim.kind == ALTITUDE:
-        return x * vector[0] + y * vector[1] + z * vector[2] + aim.by_radius * radius
+        return float(x * vector[0] + y * vector[1] + z * vector[2] + aim.by_radius * radius)
     dx, dy, dz = x - vector[0], y - vector[1], z - vector[2]
     return math.sqrt(dx * dx + dy * dy + dz * dz) + aim.by_radius * radius
 
@@ -166,7 +164,7 @@ def places_at(
     """
     base, slack = bed.ball[s], bed.slack[0]
     far = base[3] + radius
-    count, total, makers, curved = caps_around(
+    count, _, makers, curved = caps_around(
         bed.cells, bed.ball, base, radius, bed.radius_max[0], bed.features, bed.near, bench
     )
     if makers < 0:
@@ -213,6 +211,11 @@ def places_at(
                 if not curved:
                     if polished(x, kind, surface, push, base, radius, bed.features, slack):
                         found = _kept(x, push, base, radius, borne, aim, place, found)
+                    continue
+                if rough and not (
+                    polished(x, kind, surface, push, base, radius, bed.features, slack)
+                    and _closing(x[0] / far, x[1] / far, x[2] / far, i, j, count, cap, LOOSE, guess) < 0
+                ):
                     continue
                 if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, bed.near, slack):
                     continue

@@ -64,8 +64,14 @@ def _to_wall(x: NDArray[np.float64], push: NDArray[np.float64], radius: float, b
 
 @loop
 def sow(
-    bed: Bed, front: Front, points: NDArray[np.float64], least_up: float, aim: Aim, worth_max: float, most: int
-) -> int:  # fmt: skip
+    bed: Bed,
+    front: Front,
+    points: NDArray[np.float64],
+    least_up: float,
+    aim: Aim,
+    worth_max: float,
+    most: int,
+) -> int:
     """Place the next draws at walls near points, where they overlap nothing.
 
     Args:
@@ -118,8 +124,8 @@ def set_down(bed: Bed, front: Front, point: NDArray[np.float64], draw: int) -> i
 def _fall(bed: Bed, point: NDArray[np.float64], radius: float, up: NDArray[np.float64]) -> float:
     """Return how far a sphere falls before its gap to anything near closes, by the slopes of the gaps [m].
 
-    Spheres and triangles are not reached by that, planes just so, and walls around are passed by a little: what
-    is returned then is negative.
+    Spheres and triangles are not reached by that, planes just so, and walls around are passed by a little:
+    what is returned then is negative.
     """
     apart, number = np.empty((ROWS, 4)), np.empty(ROWS, np.int64)
     fall = radius
@@ -201,7 +207,7 @@ def loose_places(bed: Bed, front: Front, rule: Rule, s: int, radius: float) -> i
     """
     base, bench, slack = bed.ball[s], rule.bench, bed.slack[0]
     far = base[3] + radius
-    count, total, makers, _ = caps_around(
+    _, _, makers, _ = caps_around(
         bed.cells, bed.ball, base, radius, bed.radius_max[0], bed.features, bed.near, bench
     )
     if makers < 0:
@@ -277,8 +283,7 @@ def _touching(bed: Bed, i: int, apart: NDArray[np.float64], number: NDArray[np.i
     """List the spheres that a sphere touches; return how many."""
     ball = bed.ball[i]
     limit = CONTACT_SLACKS * bed.slack[0]
-    near = near_spheres(bed.cells, bed.ball, ball, ball[3] + limit, bed.radius_max[0], apart, number)
-    return near
+    return near_spheres(bed.cells, bed.ball, ball, ball[3] + limit, bed.radius_max[0], apart, number)
 
 
 @inner_loop
@@ -307,7 +312,7 @@ def contact_counts(bed: Bed, first: int, end: int) -> NDArray[np.int64]:
 
 
 @loop
-def repair(bed: Bed, front: Front, rule: Rule, i: int) -> bool:
+def repair(bed: Bed, rule: Rule, i: int) -> bool:
     """Move a sphere that touches fewer than three things to where it touches three; tell whether it could be.
 
     It goes on touching all spheres that it touches, for they may need it.

@@ -25,8 +25,8 @@ FLAT = 0.9
 POINTS_MAX = 4_000_000
 
 BY_RADIUS = -2.0
-"""What a sphere's radius adds to the height or distance of its place, in radii: the lower, the sooner the large
-ones are placed."""
+"""What a sphere's radius adds to the height or distance of its place, in radii: the lower, the sooner the
+large ones are placed. Beds are densest for about -2: 1:5 by 0.045 denser than for 0."""
 
 SAMPLES = 40_000
 """Random points that find the room that is left."""
