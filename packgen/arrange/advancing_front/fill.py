@@ -33,6 +33,9 @@ STEPS = 6
 
 SINGULAR = 1.0e-10
 
+GUARD = 3.0
+"""Distance along the axes of the points around all spheres, in that of the farthest one."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Corners:
@@ -149,10 +152,16 @@ def _tetrahedra(corners: _Corners) -> Int64Array:
     ball = corners.ball
     scale = float(ball[:, 3].mean())
     center = (ball[:, :3] - ball[:, :3].mean(axis=0)) / scale
-    lifted = (center * center).sum(axis=1) - (ball[:, 3] / scale) ** 2
+    radius = ball[:, 3] / scale
+    # Points around all, so that there is a hull however few spheres there are.
+    far = GUARD * (np.abs(center).max() + radius.max())
+    guards = far * np.array(list(product((-1.0, 1.0), repeat=3)))
+    center, radius = np.concatenate([center, guards]), np.append(radius, np.zeros(len(guards)))
+    lifted = (center * center).sum(axis=1) - radius * radius
     hull = ConvexHull(np.column_stack([center, lifted]))
     tetrahedra = hull.simplices[hull.equations[:, 3] < -1e-12].astype(np.int64)
     tetrahedra = np.sort(tetrahedra, axis=1)  # those of the bed have the lowest numbers
+    tetrahedra = tetrahedra[tetrahedra[:, 3] < len(ball)]
     order = np.lexsort(tetrahedra.T[::-1])
     tetrahedra = tetrahedra[order]
     kept = corners.own[tetrahedra[:, 0]] & (corners.mirrored[tetrahedra].sum(axis=1) <= 2)

@@ -15,7 +15,7 @@ class FillSpec(Keys):
     Attributes:
         radius_min: Least radius.
         radius_max: Largest radius; left out: that of the largest sphere drawn.
-        until: Solid fraction of the zone's part of the container at which no more are placed; left out: none.
+        until: Solid fraction of the zone at which no more are placed; left out: none.
     """
 
     radius_min: PositiveLength
@@ -33,8 +33,8 @@ class Params(Keys):
     """Settings of ADVANCING_FRONT: spheres put one by one where they touch three others or walls.
 
     Attributes:
-        rule: Where the next sphere goes: at the lowest stable place (lowest), or at the one nearest to the
-            walls or, where an amount is asked for, to the middle of the zone (nearest).
+        rule: Where the next sphere goes: to the lowest place where its contacts bear it (lowest), or to the
+            one nearest to the zone's lowest corner, where the front begins (nearest).
         fill: Spheres for the voids; left out: none.
         tolerance: Largest overlap that the check allows, as a fraction of the smaller radius; there is none
             beyond rounding.

@@ -139,7 +139,9 @@ def test_a_zone_on_another_one_rests_on_its_spheres(tmp_path):
         tmp_path, CUBE, SIZES["mixed"], algorithm="ADVANCING_FRONT", zones=zones, params={"rule": "lowest"}
     )
     assert [zone.placed for zone in result.zones] == [150, 150]
-    assert contact_counts(result.bed)[150:].min() >= 3
+    # The side of a zone across gravity is a wall for centres.
+    count = contact_counts(result.bed) + (np.abs(result.bed.position[:, 2] - 0.1) < 1e-12)
+    assert count[150:].min() >= 3
 
 
 def test_a_front_goes_on_from_a_bed_that_is_there(tmp_path):
