@@ -314,12 +314,12 @@ def caps_around(  # type: ignore[no-untyped-def]
         bench: Out: caps and makers.
 
     Returns:
-        How many caps are certain, how many there are, how many are makers (-1: nothing is left), and whether
-        curved walls are near.
+        How many caps are certain, how many are makers (-1: nothing is left), whether curved walls are near,
+        and how many features of walls are.
     """
     count = _caps_of_spheres(cells, ball, base, radius, radius_max, bench)
     if count < 0:
-        return 0, 0, -1, False
+        return 0, -1, False, 0
     walls, curved = _near_features(base, 2.0 * radius, features, near, bench)
     flats = 0
     for k in range(walls):
@@ -328,9 +328,9 @@ def caps_around(  # type: ignore[no-untyped-def]
     if walls > 0:
         count = _caps_of_walls(base, radius, walls, count, features, bench, flat)
         if count < 0:
-            return 0, 0, -1, False
+            return 0, -1, False, 0
     total = count
     if curved:
         total = _caps_of_curved_walls(base, radius, walls, count, features, bench, flat)
     _sorted_caps(bench, count, total)
-    return count, total, _makers(bench, count, total), curved
+    return count, _makers(bench, count, total), curved, walls

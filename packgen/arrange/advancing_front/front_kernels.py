@@ -16,9 +16,6 @@ from packgen.compiled import inlined, inner_loop, loop
 BEST = 3
 """Places among which the next one is chosen at random."""
 
-TRIES = 2
-"""Radii that a sphere of the front tries before it leaves the front."""
-
 PLACES_OF_ONE = 8
 """Places that a sphere keeps where each of its radii is another one."""
 
@@ -76,6 +73,7 @@ class Rule(NamedTuple):
         aim: Which are best.
         borne: Whether contacts have to bear a sphere's weight.
         equal: Whether all radii are the same.
+        tries: Radii that a sphere of the front tries before it leaves the front.
         bench: Room for what is near a sphere.
         found: Room for the places at one, shape (PLACES_MAX, 4).
     """
@@ -83,6 +81,7 @@ class Rule(NamedTuple):
     aim: Aim
     borne: bool
     equal: bool
+    tries: int
     bench: Bench
     found: NDArray[np.float64]
 
@@ -197,10 +196,10 @@ def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
         count = places_at(bed, s, radius, rule.aim, rule.borne, rule.bench, rule.found)
         keep_places(front, s, radius, rule.found, max(count, 0))
         return bool(count > 0)
-    tried = np.empty(TRIES, np.int64)
+    tried = np.empty(rule.tries, np.int64)
     tries, success = 0, False
     last = np.inf
-    for number in range(TRIES):
+    for number in range(rule.tries):
         draw = _next_draw(front, number == 0)
         if draw < 0:
             front.hungry[s] = True

@@ -20,7 +20,6 @@ from packgen.arrange.advancing_front.front_kernels import (
     PLACES,
     SPARE,
     SPHERES,
-    TRIES,
     Front,
     Rule,
     advance,
@@ -38,6 +37,9 @@ AT_ONCE = 5_000
 
 ROWS_FIRST = 2**14
 """Rows for places at first."""
+
+TRIES = 2
+"""Radii that a sphere of the front tries before it leaves the front."""
 
 CELLS_MAX = 30_000_000
 
@@ -79,7 +81,7 @@ class Growth:
         cells = new_cells(region, float(radius.mean()), capacity)
         self.bed = Bed(ball, cells, features, near, np.array([largest]), np.array([slack]))
         equal = bool(radius.min() == radius.max())
-        self.rule = Rule(aim, borne, equal, new_bench(), np.empty((PLACES_MAX, 4)))
+        self.rule = Rule(aim, borne, equal, TRIES, new_bench(), np.empty((PLACES_MAX, 4)))
         self.front = _front(radius, capacity, self.first, rng)
         enter_all(self.bed, self.first)
 

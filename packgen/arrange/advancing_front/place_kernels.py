@@ -14,7 +14,7 @@ from packgen.arrange.advancing_front.surface_kernels import (
     is_borne,
     polished,
     polished_at_walls,
-    wall_room,
+    room_among,
 )
 from packgen.arrange.space.feature_kernels import Features
 from packgen.arrange.space.map_kernels import FeatureMap
@@ -137,11 +137,17 @@ def _kept(
 
 
 @inner_loop
-def meets_in_wall(x: NDArray[np.float64], base: NDArray[np.float64], radius: float, bed: Bed) -> bool:
+def meets_in_wall(
+    x: NDArray[np.float64],
+    base: NDArray[np.float64],
+    radius: float,
+    features: Features,
+    item: NDArray[np.int64],
+) -> bool:
     """Tell whether a sphere meets that at ``base`` in a wall: rounding lets it touch both from outside."""
     share = base[3] / (base[3] + radius)
     px, py, pz = base[0] + share * x[0], base[1] + share * x[1], base[2] + share * x[2]
-    return bool(wall_room(px, py, pz, 0.0, bed.features, bed.near)[0] < ON_WALL * radius)
+    return bool(room_among(px, py, pz, 0.0, features, item)[0] < ON_WALL * radius)
 
 
 @inner_loop
@@ -164,14 +170,14 @@ def places_at(
     """
     base, slack = bed.ball[s], bed.slack[0]
     far = base[3] + radius
-    count, _, makers, curved = caps_around(
+    count, makers, curved, walls = caps_around(
         bed.cells, bed.ball, base, radius, bed.radius_max[0], bed.features, bed.near, bench
     )
     if makers < 0:
         return 0
     if makers < 2:
         return -1
-    cap, found, guess = bench.cap, 0, 0
+    cap, item, found, guess = bench.cap, bench.item[:walls], 0, 0
     x, kind, surface, push = np.empty(3), np.empty(3, np.int64), np.empty((3, 4)), np.empty((3, 3))
     for a in range(1, makers):
         i = bench.maker[a]
@@ -217,14 +223,14 @@ def places_at(
                     and _closing(x[0] / far, x[1] / far, x[2] / far, i, j, count, cap, LOOSE, guess) < 0
                 ):
                     continue
-                if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, bed.near, slack):
+                if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, item, slack):
                     continue
                 if rough and 0 <= _closing(
                     x[0] / far, x[1] / far, x[2] / far,
                     i if i < count else -1, j if j < count else -1, count, cap, ROUNDING, guess,
                 ):  # fmt: skip
                     continue
-                if meets_in_wall(x, base, radius, bed):
+                if meets_in_wall(x, base, radius, bed.features, item):
                     continue
                 found = _kept(x, push, base, radius, borne, aim, place, found)
     return found

@@ -207,13 +207,14 @@ def loose_places(bed: Bed, front: Front, rule: Rule, s: int, radius: float) -> i
     """
     base, bench, slack = bed.ball[s], rule.bench, bed.slack[0]
     far = base[3] + radius
-    _, _, makers, _ = caps_around(
+    _, makers, _, walls = caps_around(
         bed.cells, bed.ball, base, radius, bed.radius_max[0], bed.features, bed.near, bench
     )
     if makers < 0:
         return 0
     first, second, third, toward, found = np.empty(3), np.empty(3), np.empty(3), np.empty(3), 0
     x, kind, surface, push = np.empty(3), np.empty(3, np.int64), np.empty((3, 4)), np.empty((3, 3))
+    item = bench.item[:walls]
     _aim_direction(base, rule.aim, toward)
     extremes = 2 * min(makers, TURNS)
     for attempt in range(extremes + TURNS):
@@ -249,10 +250,10 @@ def loose_places(bed: Bed, front: Front, rule: Rule, s: int, radius: float) -> i
         surface[2, :3] = second
         for axis in range(3):
             x[axis] = far * (cosine * first[axis] + sine * third[axis])
-        if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, bed.near, slack):
+        if not polished_at_walls(x, kind, surface, push, base, radius, bed.features, item, slack):
             continue
         center = base[:3] + x
-        if meets_in_wall(x, base, radius, bed):
+        if meets_in_wall(x, base, radius, bed.features, item):
             continue
         if is_free(bed.cells, bed.ball, center, radius, bed.radius_max[0], slack):
             rule.found[found, :3] = center

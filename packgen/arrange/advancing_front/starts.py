@@ -16,8 +16,8 @@ from packgen.portable import components
 SHELL = 1.0
 """Thickness of the layer at the walls in which starts are drawn, in mean radii."""
 
-SOWN = 0.6
-"""Starts tried for each disc of a mean sphere that a wall has room for: about a quarter of it is covered."""
+SOWN = 0.15
+"""Starts tried for each disc of a mean sphere that a floor has room for: about an eighth of it is covered."""
 
 FLAT = 0.9
 """Least cosine of a floor's slope for spheres to lie on it alone."""
@@ -28,7 +28,7 @@ BY_RADIUS = -2.0
 """What a sphere's radius adds to the height or distance of its place, in radii: the lower, the sooner the
 large ones are placed. Beds are densest for about -2: 1:5 by 0.045 denser than for 0."""
 
-SAMPLES = 40_000
+SAMPLES = 10_000
 """Random points that find the room that is left."""
 
 
@@ -76,8 +76,8 @@ class Starts:
         radius = float(growth.front.draw[draw])
         low, high = self._region.bounds
         points = low + self._rng.random((SAMPLES, 3)) * (high - low)
-        points = points[self._region.clearance(points, radius) >= 0.0]
         points = points[free_points(growth.bed, points, radius)]
+        points = points[self._region.clearance(points, radius) >= 0.0]
         if len(points) == 0:
             return False
         if aim.kind == ALTITUDE:

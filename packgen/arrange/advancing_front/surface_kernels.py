@@ -162,6 +162,21 @@ def wall_room(  # type: ignore[no-untyped-def]
 
 
 @inner_loop
+def room_among(  # type: ignore[no-untyped-def]
+    x: float, y: float, z: float, radius: float, features: Features, item: NDArray[np.int64]
+):
+    """Return a sphere's least gap to some features [m], and the one that has it; -1: there are none."""
+    least, which = np.inf, -1
+    for f in item:
+        if out_of_reach(features.kind[f], features.row[f], x, y, z, radius + least):
+            continue
+        gap = wall_gap(features.kind[f], features.row[f], x, y, z, radius)[0]
+        if gap < least:
+            least, which = gap, f
+    return least, which
+
+
+@inner_loop
 def polished_at_walls(
     x: NDArray[np.float64],
     kind: NDArray[np.int64],
@@ -170,10 +185,21 @@ def polished_at_walls(
     base: NDArray[np.float64],
     radius: float,
     features: Features,
-    near: FeatureMap,
+    item: NDArray[np.int64],
     slack: float,
 ) -> bool:
     """Do as ``polished`` does, and let facets that the sphere cuts take the place of those it touches.
+
+    Args:
+        x: See ``polished``, as are the others.
+        kind: Kinds of the surfaces.
+        surface: The surfaces; change.
+        push: Out: unit vectors from them.
+        base: Where coordinates begin.
+        radius: Radius of the sphere.
+        features: The features of the walls.
+        item: Those that it can touch, any number.
+        slack: Largest gap that counts as none.
 
     Returns:
         Whether the sphere touches all three and is inside every wall.
@@ -182,7 +208,7 @@ def polished_at_walls(
         if not polished(x, kind, surface, push, base, radius, features, slack):
             return False
         px, py, pz = base[0] + x[0], base[1] + x[1], base[2] + x[2]
-        gap, f = wall_room(px, py, pz, radius, features, near)
+        gap, f = room_among(px, py, pz, radius, features, item)
         if gap >= -slack:
             return True
         _, nx, ny, nz = wall_gap(features.kind[f], features.row[f], px, py, pz, radius)
