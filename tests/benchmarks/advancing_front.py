@@ -40,7 +40,7 @@ COLUMN = 5_000  # spheres of the column that tells how fast the machine is
 FRACTION = 0.58  # solid fraction by which vessels are chosen for a number of spheres
 RATIOS = {"equal": 1.0, "1:2": 2.0, "1:5": 5.0}
 FACETS = 20_000  # of the vessel with a waist
-LATTICE = 22  # cells along an edge of the block of tetrahedra; five tetrahedra each
+LATTICE = 24  # cells along an edge of the block of tetrahedra; five tetrahedra each
 
 
 @dataclass(frozen=True, slots=True)
