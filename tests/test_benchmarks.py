@@ -292,6 +292,18 @@ def test_void_filling_tells_time_and_coverage_of_five_bodies(tmp_path, capsys):
     assert "Mean coverage of the five bodies" in capsys.readouterr().out
 
 
+@pytest.mark.slow
+def test_advancing_front_tells_time_and_fraction_of_boxes_and_meshes(tmp_path):
+    script = importlib.import_module("advancing_front")
+    options = ["--spheres", "300", "--meshed", "300", "--facets", "200", "--lattice", "4", "--repeats", "1"]
+    script.main([*options, "--rules", "lowest", "--out", str(tmp_path)])
+    with (tmp_path / "advancing_front.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [row["sizes"] for row in rows] == ["equal", "1:2", "1:5", "1:2", "1:2"]
+    assert all(float(row["overlap"]) < 1e-12 and 0.3 < float(row["fraction"]) < 0.7 for row in rows)
+    assert "column = 17 us" in (tmp_path / "advancing_front.txt").read_text()
+
+
 @needs_liggghts
 @pytest.mark.solver
 @pytest.mark.slow
@@ -311,6 +323,7 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
 @pytest.mark.parametrize(
     "script",
     [
+        "advancing_front",
         "speed_against_error",
         "scaling",
         "bed_quality",

@@ -115,7 +115,8 @@ UPPER = (
 
 def test_there_are_algorithms_with_rooms_of_their_own():
     assert ALGORITHMS == [
-        "adam", "collective", "dispersed", "jammed", "optimal", "shrinking_cell", "void_filling",
+        "adam", "advancing_front", "collective", "dispersed", "jammed", "optimal", "shrinking_cell",
+        "void_filling",
     ]  # fmt: skip
     assert all((ROOT / "packgen/arrange" / name / "params.py").is_file() for name in ALGORITHMS)
 

@@ -22,6 +22,7 @@ from pydantic import BaseModel
 import exporters
 from packgen import bedfile, report
 from packgen.arrange import registry
+from packgen.arrange.advancing_front import params as front_params
 from packgen.bed import Material
 from packgen.cli import DESCRIPTION, EPILOG, build_parser
 from packgen.cli.clump import CLUMP_EPILOG, build_clump_parser
@@ -109,6 +110,7 @@ SECTIONS = {
     "GapSpec": "gap",
     "MaterialSpec": "materials.NAME",
     "ValidationSpec": "validation",
+    "FillSpec": "params.fill",
     "ParticleSetSpec": "particle_sets[]",
     "ShapeSpec": "shape",
 }
@@ -242,7 +244,8 @@ def scene_part() -> Iterator[str]:
     for name, path in SECTIONS.items():
         if name in OF_SETS:
             continue
-        model = getattr(wall_models if hasattr(wall_models, name) else models, name)
+        places = (wall_models, models, front_params)
+        model = next(getattr(place, name) for place in places if hasattr(place, name))
         yield f"### `{path}`\n\n{summary(model)}\n"
         yield keys_of(model)
     for name in registry.BUILTIN:

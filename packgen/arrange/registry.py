@@ -36,6 +36,7 @@ BUILTIN = MappingProxyType(
         "OPTIMAL": "packgen.arrange.optimal",
         "SHRINKING_CELL": "packgen.arrange.shrinking_cell",
         "VOID_FILLING": "packgen.arrange.void_filling",
+        "ADVANCING_FRONT": "packgen.arrange.advancing_front",
     }
 )
 

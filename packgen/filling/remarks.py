@@ -11,6 +11,7 @@ from packgen.arrays import Float64Array
 from packgen.bed import AnyBed, Bed
 from packgen.check.sides import free_standing_zones
 from packgen.check.support import hanging_zones
+from packgen.distributions import Free
 from packgen.geometry import Shape, Slice
 from packgen.measure.particles import as_particles
 from packgen.supply.fitting import SumFit
@@ -178,6 +179,11 @@ def _off_shares(scene: Scene, bed: AnyBed, zones: Sequence[PackedZone]) -> list[
         amount, largest = reached_amounts(bed, index, spec.proportions_by)
         asked = np.array(spec.set_proportions)
         counts, _ = reached_amounts(bed, index, "number")
+        made = (asked == 0.0) & np.array(
+            [isinstance(each.distribution, Free) for each in scene.particle_sets]
+        )
+        # Spheres that fill voids are no part of the shares.
+        amount, counts = np.where(made, 0.0, amount), np.where(made, 0.0, counts)
         if zone.placed == 0 or _as_whole_spheres_allow(spec, scene, counts, amount, largest):
             continue
         shares = [", ".join(f"{each:.3f}" for each in part) for part in (amount / amount.sum(), asked)]

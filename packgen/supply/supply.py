@@ -17,7 +17,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array, read_only
 from packgen.bodies import are_in_rows, body_starts, joined_bodies
-from packgen.distributions import UNIT_VOLUME, Listed
+from packgen.distributions import UNIT_VOLUME, Free, Listed
 from packgen.errors import PackingError
 from packgen.portable import cube, cube_root, whole_power
 from packgen.supply.close_packing import EQUAL_SPHERES, close_packing_fraction
@@ -104,6 +104,8 @@ class Supply:
         fit: How closely the spheres add up to the volume or mass asked for; None: to none.
         free: Bounds of the sizes where these are to be those of the voids: all radii drawn are the least one,
             and stand for spheres still to be sized. None: radii are as drawn.
+        fill_set: Set of free sizes of which the zone draws nothing: an algorithm may fill voids with its
+            spheres. None: there is none.
     """
 
     def __init__(self, zone: Amount, particle_sets: Sequence[SizedSet], rng: np.random.Generator) -> None:
@@ -120,6 +122,14 @@ class Supply:
         self._sets, self._rng = tuple(particle_sets), rng
         self.shares = number_shares(zone, particle_sets)
         self.free = free_sizes(zone, particle_sets)
+        self.fill_set = next(
+            (
+                index
+                for index, (each, share) in enumerate(zip(particle_sets, self.shares, strict=True))
+                if share == 0.0 and isinstance(each.distribution, Free)
+            ),
+            None,
+        )
         self._count_by_set = np.zeros(len(self._sets), dtype=np.int64)
         self._stock = [np.empty(0) for _ in self._sets]
         self._queue: deque[Draw] = deque()
@@ -211,6 +221,13 @@ class Supply:
     def offered(self) -> None:
         """Take all that was asked for as an offer: what was not chosen is not missing."""
         self.asked = self.counts = self.fit = None
+
+    def add_made(self, set_index: int, count: int) -> None:
+        """Count spheres of a set that an algorithm has sized and placed: they count as asked for, too."""
+        self.drawn_count += count
+        if self.asked is not None and self.counts is not None:
+            self.asked += count
+            self.counts = self.counts + np.where(np.arange(len(self._sets)) == set_index, count, 0)
 
     def copy(self) -> Supply:
         """Return a supply that goes on as this one would, and leaves this one as it is."""
