@@ -250,6 +250,26 @@ def components(position: Float64Array, axes: Float64Array) -> Float64Array:
     return np.asarray(sum(parts[1:], start=parts[0])) if parts else np.zeros(len(position))
 
 
+def matrix_product(left: Float64Array | Int64Array, right: Float64Array) -> Float64Array:
+    """Return a matrix product, summed in the order of the columns: that of BLAS depends on the machine.
+
+    Args:
+        left: Shape (K,) or (N, K).
+        right: Shape (K,) or (K, M).
+    """
+    terms = [left[..., k, None] * right[k] for k in range(right.shape[0])]
+    summed = np.asarray(sum(terms[1:], start=terms[0]))
+    return np.asarray(summed[..., 0] if right.ndim == 1 else summed)
+
+
+def inverse(matrix: Float64Array) -> Float64Array:
+    """Return the inverse of a matrix, shape (3, 3), by Cramer's rule."""
+    a, b, c = matrix
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    x, y, z = (float(each) for each in a * cofactors[:, 0])
+    return np.asarray(cofactors / (x + y + z))
+
+
 def length(vector: Float64Array) -> float:
     """Return the length of a vector, shape (3,)."""
     x, y, z = (float(each) for each in vector)

@@ -11,7 +11,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.geometry.shapes import Container, Polyhedron, Surface
-from packgen.portable import length
+from packgen.portable import inverse, length, matrix_product
 
 CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 ROUNDING = 1.0e-12
@@ -27,7 +27,7 @@ def cell_container(vectors: Float64Array, name: str = "cell") -> Container:
         vectors: Its vectors as rows [m], lower triangular, positive along the diagonal, shape (3, 3).
         name: What messages and decks call it.
     """
-    vertices = CORNERS @ vectors
+    vertices = matrix_product(CORNERS, vectors)
     faces = [triangle for a, b, c, d in QUADS for triangle in ((a, b, c), (a, c, d))]
     normal = np.array([np.cross(vectors[(k + 1) % 3], vectors[(k + 2) % 3]) for k in range(3)])
     normal /= np.sqrt((normal * normal).sum(axis=1))[:, None]
@@ -60,7 +60,7 @@ def upright_cell(vectors: Float64Array) -> tuple[Float64Array, Float64Array]:
     y = vectors[1] - (vectors[1] * x).sum() * x
     y /= length(y)
     turn = np.stack([x, y, np.cross(x, y)], axis=1)
-    upright = np.tril(vectors @ turn)
+    upright = np.tril(matrix_product(vectors, turn))
     for row, along in ((1, 0), (2, 1), (2, 0)):
         upright[row] -= np.round(upright[row, along] / upright[along, along]) * upright[along]
     return upright, turn
@@ -68,11 +68,13 @@ def upright_cell(vectors: Float64Array) -> tuple[Float64Array, Float64Array]:
 
 def into_cell(position: Float64Array, vectors: Float64Array) -> Float64Array:
     """Return positions [m] moved by whole vectors into a cell, shape (N, 3)."""
-    place = position @ np.linalg.inv(vectors)
+    place = matrix_product(position, inverse(vectors))
     # What is inside but for rounding keeps its digits.
     steps = np.floor(place + ROUNDING)
     return np.asarray(
-        np.where((steps != 0.0).any(axis=1, keepdims=True), position - steps @ vectors, position)
+        np.where(
+            (steps != 0.0).any(axis=1, keepdims=True), position - matrix_product(steps, vectors), position
+        )
     )
 
 
@@ -90,9 +92,9 @@ def cell_images(
         Centres [m], shape (M, 3); the sphere that each is an image of, shape (M,); its place in whole
         vectors, shape (M, 3).
     """
-    inverse = np.linalg.inv(vectors)
-    place = position @ inverse
-    spacing = 1.0 / np.sqrt((inverse * inverse).sum(axis=0))
+    back = inverse(vectors)
+    place = matrix_product(position, back)
+    spacing = 1.0 / np.sqrt((back * back).sum(axis=0))
     share = np.broadcast_to(np.asarray(reach, float), (len(position),))[:, None] / spacing
     most = np.ceil(share.max(axis=0, initial=0.0) + 1.0).astype(int)
     found = []
@@ -106,4 +108,4 @@ def cell_images(
     if not found:
         return np.empty((0, 3)), np.empty(0, np.int64), np.empty((0, 3), np.int64)
     owner, steps = (np.concatenate(each) for each in zip(*found, strict=True))
-    return position[owner] + steps @ vectors, owner, steps
+    return position[owner] + matrix_product(steps, vectors), owner, steps

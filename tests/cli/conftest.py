@@ -24,6 +24,7 @@ class Result:
     zones: tuple[Zone, ...] = (Zone(),)
     warnings: tuple[str, ...] = ()
     jamming: None = None
+    search: None = None
 
 
 @pytest.fixture

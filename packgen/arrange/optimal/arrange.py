@@ -21,7 +21,7 @@ from packgen.cores import free_cores
 from packgen.distributions import UNIT_VOLUME
 from packgen.errors import PackingError
 from packgen.geometry import Box
-from packgen.portable import cube
+from packgen.portable import cube, matrix_product
 from packgen.search import Search
 from packgen.stopping import answer
 from packgen.supply.supply import Draw
@@ -187,14 +187,14 @@ def _chosen(task: Task, zone: ZoneTask, room: Room, draw: Draw, order: Int64Arra
     best: Chosen | None = None
 
     def tell(here: Chosen) -> None:
-        reached = float(here.numbers @ volume)
+        reached = float(matrix_product(here.numbers, volume))
         stage = f"try {here.tries}, {int(here.numbers.sum())} spheres, largest volume {reached:.9g} m3"
         share = (time.time() - began) / settings.time_limit
         task.on_progress(Progress(stage, 0, None, 1, min(max(share, 0.0), 1.0), 0))
 
     try:
         for best in search(room, size, number, zone.seed, until, 3 * settings.agree, tell):
-            if float(best.numbers @ volume) >= bound.value * (1.0 - CLOSED):
+            if float(matrix_product(best.numbers, volume)) >= bound.value * (1.0 - CLOSED):
                 break
         if time.time() > until:
             ended = "time_limit"
@@ -208,7 +208,7 @@ def _chosen(task: Task, zone: ZoneTask, room: Room, draw: Draw, order: Int64Arra
             f"{zone.place}: not one sphere fits (smallest radius {radius.min():.4g} m); expected a larger "
             "container or smaller spheres"
         )
-    value = float(best.numbers @ volume)
+    value = float(matrix_product(best.numbers, volume))
     proven = bound.value <= value * (1.0 + CLOSED)
     if not proven and _wants_proof(task, len(radius)) and ended != "stopped":
         task.on_progress(Progress("proof", 0, None, 1, 1.0, 0))

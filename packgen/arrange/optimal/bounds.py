@@ -12,7 +12,7 @@ from packgen.arrange.optimal.descend import descend
 from packgen.arrange.optimal.room import Room
 from packgen.arrays import Float64Array, Int64Array
 from packgen.distributions import UNIT_VOLUME
-from packgen.portable import cube, cube_root
+from packgen.portable import cube, cube_root, matrix_product
 
 KEPLER = math.pi / math.sqrt(18.0)
 """Largest solid fraction of equal spheres in space: boxes fill it, and so no box holds more."""
@@ -101,6 +101,6 @@ def possible_sets(room: Room, size: Float64Array, number: Int64Array) -> Int64Ar
             if pair_factor(room, float(size[k]), float(size[other])) < 1.0 - ROUNDING:
                 both = sets[:, k] > 1 if other == k else (sets[:, k] > 0) & (sets[:, other] > 0)
                 sets = sets[~both]
-    volume = sets @ (UNIT_VOLUME * cube(size))
+    volume = matrix_product(sets, UNIT_VOLUME * cube(size))
     kept = volume <= room.volume
     return np.asarray(sets[kept][np.argsort(-volume[kept], kind="stable")])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from packgen.arrange.optimal.press_kernels import press
 from packgen.arrange.optimal.room import Room
 from packgen.arrays import Float64Array
 from packgen.compiled import signals_heard
-from packgen.portable import cube_root
+from packgen.portable import cube_root, matrix_product
 
 FCC = np.array([[0.0, 1.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 0.0]]) / np.sqrt(2.0)
 """Vectors of the densest lattice of points a length of 1 apart, as rows."""
@@ -104,7 +105,7 @@ def pressed(room: Room, half: Float64Array, center: Float64Array) -> tuple[Float
     """Return where soft spheres of some radii come to rest [m], shape (N, 3), and their energy."""
     unit = 2.0 * float(half.mean())
     place = np.ascontiguousarray((center - room.bounds[0]) / unit)
-    offset = (room.offset - room.normal @ room.bounds[0]) / unit
+    offset = (room.offset - matrix_product(room.normal, room.bounds[0])) / unit
     with signals_heard():
         energy = press(
             place, half / unit, np.ascontiguousarray(room.normal), offset,
@@ -175,12 +176,12 @@ def _lattice(room: Room, count: int, rng: np.random.Generator) -> Float64Array:
     turn = np.eye(3)
     if rng.random() < 0.5:
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    spacing, origin = np.cbrt(np.sqrt(2.0) * room.volume / count), rng.random(3)
+    spacing, origin = cube_root(math.sqrt(2.0) * room.volume / count), rng.random(3)
     middle, half = room.bounds.mean(axis=0), 0.5 * np.ptp(room.bounds, axis=0)
     while True:
         most = int(np.ceil(2.0 * np.sqrt((half * half).sum()) / spacing)) + 1
         steps = np.stack(np.meshgrid(*[np.arange(-most, most + 1)] * 3, indexing="ij"), -1).reshape(-1, 3)
-        points = middle + spacing * (steps + origin) @ FCC @ turn
+        points = middle + matrix_product(matrix_product(spacing * (steps + origin), FCC), turn)
         points = points[room.distances(points).min(axis=1) > 0.0]
         if len(points) >= count:
             return np.asarray(points[rng.permutation(len(points))[:count]])

@@ -14,7 +14,7 @@ from packgen.arrange.optimal.descend import Placed, descend
 from packgen.arrange.optimal.room import Room
 from packgen.arrays import Float64Array, Int64Array
 from packgen.distributions import UNIT_VOLUME
-from packgen.portable import cube
+from packgen.portable import cube, matrix_product
 
 FITS = 1.0 - 1.0e-12
 """Common factor of the radii from which a set fits."""
@@ -58,10 +58,10 @@ class Chosen:
 def volume_bound(room: Room, size: Float64Array, number: Int64Array) -> Bound:
     """Return what the volume of chosen spheres cannot exceed [m3]."""
     volume = UNIT_VOLUME * cube(size)
-    total = float(number @ volume)
+    total = float(matrix_product(number, volume))
     sets = possible_sets(room, size, number)
     if sets is not None:
-        best = float(sets[0] @ volume)
+        best = float(matrix_product(sets[0], volume))
         return Bound(best, "all of them" if best == total else "sets whose pairs fit")
     return min(
         Bound(total, "all of them"),
@@ -152,13 +152,13 @@ def _following(
     best: Int64Array, sets: Int64Array | None, number: Int64Array, volume: Float64Array
 ) -> list[tuple[int, ...]]:
     """Return sets of larger volume than the best one: of all the next ones, or of many its neighbours."""
-    least = float(best @ volume) * (1.0 + BETTER)
+    least = float(matrix_product(best, volume)) * (1.0 + BETTER)
     if sets is None:
         around = _neighbours(best, number)
-        larger = around[around @ volume > least]
-        order = np.argsort(larger @ volume, kind="stable")
+        larger = around[matrix_product(around, volume) > least]
+        order = np.argsort(matrix_product(larger, volume), kind="stable")
         return [tuple(each) for each in larger[order][:AT_ONCE].tolist()]
-    larger = sets[sets @ volume > least]
+    larger = sets[matrix_product(sets, volume) > least]
     if not best.any():  # nothing is known yet: the smallest fit, and the middle ones may
         larger = larger[:: max(1, len(larger) // AT_ONCE)]
     return [tuple(each) for each in larger[::-1][:AT_ONCE].tolist()]

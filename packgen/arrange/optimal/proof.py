@@ -14,6 +14,7 @@ import numpy as np
 
 from packgen.arrange.optimal.room import Room
 from packgen.arrays import Float64Array
+from packgen.portable import scalar_power
 
 INSTALL = "pip install 'packgen[proof]'"
 SPHERES_MAX = 7
@@ -89,11 +90,13 @@ def prove_volume(room: Room, radius: Float64Array, reached: float, seconds: floa
             model.addCons(_square(place[one], place[other]) >= apart * (chosen[one] + chosen[other] - 1))
             if radius[one] == radius[other]:
                 model.addCons(chosen[other] >= chosen[one])
-    value = sum(float((each / unit) ** 3) * which for each, which in zip(radius, chosen, strict=True))
-    model.addCons(value >= reached / unit**3 * (1.0 - 1.0e-6))
+    value = sum(
+        scalar_power(float(each / unit), 3) * which for each, which in zip(radius, chosen, strict=True)
+    )
+    model.addCons(value >= reached / scalar_power(unit, 3) * (1.0 - 1.0e-6))
     model.setObjective(value, "maximize")
     proof = _solved(model)
-    return Proof(proof.bound * unit**3, proof.finished, proof.nodes)
+    return Proof(proof.bound * scalar_power(unit, 3), proof.finished, proof.nodes)
 
 
 def _model(seconds: float) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.geometry import Ball, Box, Container, Polyhedron
+from packgen.portable import matrix_product
 
 SAME = 1.0e-9
 """Difference of normals, and of offsets in the container's size, of one and the same plane."""
@@ -58,7 +59,7 @@ class Room:
         if self.radius > 0.0:
             away = center - self.center
             return np.asarray(self.radius - np.sqrt((away * away).sum(axis=1)))[:, None]
-        return np.asarray(self.offset - center @ self.normal.T)
+        return np.asarray(self.offset - matrix_product(center, self.normal.T))
 
     def inward(self, center: Float64Array) -> Float64Array:
         """Return the unit vectors along which points leave the walls fastest, shape (N, walls, 3)."""

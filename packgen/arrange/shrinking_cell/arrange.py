@@ -20,7 +20,7 @@ from packgen.arrays import Float64Array
 from packgen.cores import free_cores
 from packgen.errors import PackingError
 from packgen.geometry.cells import cell_container, into_cell, upright_cell
-from packgen.portable import length
+from packgen.portable import length, matrix_product
 from packgen.search import Search
 
 SPHERES_MAX = 300
@@ -61,7 +61,7 @@ def arrange(task: Task) -> Outcome:
         task.on_progress(Progress(stage, 0, None, 1, len(found) / settings.starts, 0))
     best = min(number for number, cell in found.items() if cell.fraction >= densest - ROUNDING)
     vectors, turn = upright_cell(found[best].vectors)
-    center = into_cell(found[best].center @ turn, vectors)
+    center = into_cell(matrix_product(found[best].center, turn), vectors)
     # Turning rounds: the last digits are given back.
     give = unit / min(largest_factor(center, radius / unit, vectors), 1.0)
     container = cell_container(vectors * give)

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from packgen.arrays import Float64Array, Int64Array
-from packgen.portable import length
+from packgen.portable import inverse, length, matrix_product
 
 SHORTER = 1.0e-9
 """Share by which a vector has to become shorter to be replaced."""
@@ -63,14 +63,14 @@ def near_pairs(
     Returns:
         The spheres of each pair, (P,) each, and the way from the second's image to the first [m], (P, 3).
     """
-    inverse = np.linalg.inv(cell)
-    place = center @ inverse
-    center = (place - np.floor(place)) @ cell
+    back = inverse(cell)
+    place = matrix_product(center, back)
+    center = matrix_product(place - np.floor(place), cell)
     reach = 2.0 * float(radius.max()) + within
     steps = np.floor(reach / spacings(cell) + 1.0).astype(int)
     shifts = np.array(list(product(*[range(-each, each + 1) for each in steps])))
     one, other = np.triu_indices(len(radius))
-    way = (center[one] - center[other])[:, None] + (shifts @ cell)[None]
+    way = (center[one] - center[other])[:, None] + matrix_product(shifts, cell)[None]
     square = (way * way).sum(axis=2)
     limit = radius[one] + radius[other] + within
     near = square < (limit * limit)[:, None]

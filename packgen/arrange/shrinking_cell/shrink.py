@@ -9,7 +9,7 @@ import numpy as np
 from packgen.arrange.shrinking_cell.lattice import near_pairs, reduced, spacings, volume
 from packgen.arrays import Float64Array
 from packgen.distributions import UNIT_VOLUME
-from packgen.portable import cube, cube_root
+from packgen.portable import cube, cube_root, inverse, matrix_product
 from packgen.programmes.solve import NoSolutionError
 from packgen.programmes.steps import NO_WALLS, PairRows, Pins, largest_step
 
@@ -95,7 +95,7 @@ def _places(radius: Float64Array, cell: Float64Array, rng: np.random.Generator) 
     for number in range(len(order)):
         some = order[: number + 1]
         for _ in range(TRIES):
-            center[some[-1]] = rng.random(3) @ cell
+            center[some[-1]] = matrix_product(rng.random(3), cell)
             first, _, _ = near_pairs(center[some], radius[some], cell, 0.0)
             if not len(first):
                 break
@@ -140,9 +140,9 @@ def _step(
     pins = Pins(np.zeros(3, np.int64), np.eye(3))
     step = largest_step(count, pairs, NO_WALLS, pins, move, share * STRAIN_MAX, GAIN_MAX)
     strain = np.eye(3) + step.strain
-    vectors = reduced(here.vectors @ strain)
-    place = here.center @ np.linalg.inv(here.vectors)
-    center = (place - np.floor(place)) @ here.vectors @ strain + step.move
+    vectors = reduced(matrix_product(here.vectors, strain))
+    place = matrix_product(here.center, inverse(here.vectors))
+    center = matrix_product(matrix_product(place - np.floor(place), here.vectors), strain) + step.move
     factor = largest_factor(center, radius, vectors)
     vectors, center = vectors / factor, center / factor
     return PeriodicCell(vectors, center, here.fraction * volume(here.vectors) / volume(vectors))

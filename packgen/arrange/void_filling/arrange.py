@@ -16,7 +16,7 @@ from packgen.distributions import UNIT_VOLUME, Free
 from packgen.errors import PackingError
 from packgen.geometry import Slice
 from packgen.geometry.bounds import shape_bounds
-from packgen.portable import cube
+from packgen.portable import cube, cube_root, scalar_power
 from packgen.supply.supply import COUNT_LIMIT, Draw, Supply
 
 PERIOD_SHARE = 0.25
@@ -57,7 +57,7 @@ def _refuse(zone: ZoneTask) -> None:
         )
     if free is None or coverage is not None or zone.supply.asked is not None:
         return
-    size = float(np.cbrt(zone.setting.container.volume))
+    size = cube_root(zone.setting.container.volume)
     count = PER_SIZE * (size / free.radius_min) ** DIMENSION
     if count > MOST:
         enough = size * (PER_SIZE / MOST) ** (1.0 / DIMENSION)
@@ -134,7 +134,7 @@ def _free(
     capped = 0
     if np.isfinite(cap):
         capped = hollow.repeat(cap, int(most), solid, zone.setting.down, free.radius_min, tell)
-        solid -= capped * cap**3
+        solid -= capped * scalar_power(cap, 3)
     hollow.fill(free.radius_min, most - capped, solid, tell)
     draw = supply.take(len(hollow.ball))
     return Draw(hollow.ball[:, 3], draw.set_index)

@@ -28,6 +28,7 @@ from packgen.arrange.void_filling.wall_kernels import Walls, distances_of_all
 from packgen.arrays import Float64Array
 from packgen.clumps.tree import triangle_tree
 from packgen.geometry import Mesh, Polyhedron, Shape, Slice, Surface
+from packgen.portable import cube_root, scalar_power
 
 PLANES_MAX = 64
 """Planes up to which each one is looked at; a convex mesh of more is looked at by its triangles."""
@@ -159,9 +160,9 @@ class Hollow:
             tell: See `place`.
         """
         count = 0
-        while count < most and count * radius**3 < solid:
+        while count < most and count * scalar_power(radius, 3) < solid:
             some = np.full(min(REPEATED, most - count), radius)
-            placed = int(self.place(some, solid - count * radius**3, down, least, tell).sum())
+            placed = int(self.place(some, solid - count * scalar_power(radius, 3), down, least, tell).sum())
             count += placed
             if placed < len(some):
                 break
@@ -204,7 +205,7 @@ def make_walls(shapes: Sequence[Shape | Slice], bounds: Float64Array, seams: Sea
     if surfaces:
         tree = triangle_tree(np.concatenate([each.vertices[each.faces] for each in surfaces]))
         box, corner = np.array(tree.box), np.array(tree.corner)
-        size = float(np.cbrt(np.prod(bounds[1] - bounds[0]) / SIDE_CELLS))
+        size = cube_root(float(np.prod(bounds[1] - bounds[0])) / SIDE_CELLS)
         sides = InsideMap.over(surfaces, bounds, size / 0.55)
         origin, cells, label = np.append(sides.grid.origin, sides.grid.size), sides.grid.cells, sides.label
     return Walls(
