@@ -62,7 +62,7 @@ def pack(scene, container, **_):
         WAITS[how]()
     bed = make_bed(cubic_lattice(5, 0.1), 0.1, container, provenance={"scene": str(scene.path)})
     zone = SimpleNamespace(asked=125, placed=125, left_over=0, locations=())
-    return SimpleNamespace(bed=bed, zones=(zone,), warnings=(), jamming=None)
+    return SimpleNamespace(bed=bed, zones=(zone,), warnings=(), jamming=None, search=None)
 
 
 def pause_after(name: str) -> None:
