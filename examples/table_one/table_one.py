@@ -22,9 +22,7 @@ from typing import Any
 
 import numpy as np
 
-HERE = Path(__file__).resolve().parent
-sys.path.append(str(HERE))
-sys.path.append(str(HERE.parents[1] / "tests" / "benchmarks"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "benchmarks"))
 
 import machine
 import peers
@@ -32,6 +30,7 @@ import yaml
 
 from packgen.summary import main_figures
 
+HERE = Path(__file__).resolve().parent
 RESULTS, PAGE = HERE / "results" / "table_one.csv", HERE / "README.md"
 BEGIN, END = "<!-- table -->\n", "<!-- end of table -->\n"
 COLUMNS = (
