@@ -74,7 +74,8 @@ def run(entry: Entry, folder: Path) -> dict[str, Any]:
     if done.returncode > 1:
         return row | {"message": done.stderr.strip().splitlines()[-1]}
     found = json.loads(done.stdout)
-    return {**found, **row, "seconds": found["arrange_seconds"], "message": "; ".join(found["missed"])}
+    seconds = sum(found["timings"].get(stage, 0.0) for stage in ("arrange", "settle"))
+    return {**found, **row, "seconds": seconds, "message": "; ".join(found["missed"])}
 
 
 def run_peer(peer: peers.Peer, folder: Path) -> dict[str, Any]:
@@ -153,6 +154,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.parse_args()
     facts = machine.facts(0)
+    RESULTS.parent.mkdir(exist_ok=True)
     with RESULTS.open("w", encoding="utf-8", newline="") as stream:
         stream.writelines(f"# {key}: {value}\n" for key, value in facts.items())
         table = csv.DictWriter(stream, COLUMNS, extrasaction="ignore", lineterminator="\n")
