@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from packgen.arrange.advancing_front.cap_kernels import Bench
 from packgen.arrange.advancing_front.cell_kernels import enter, is_free
 from packgen.arrange.advancing_front.place_kernels import Aim, Bed, places_at
+from packgen.arrange.random_kernels import next_number
 from packgen.arrange.space.seams import wrapped_coordinate
 from packgen.compiled import inlined, inner_loop, loop
 
@@ -84,16 +85,6 @@ class Rule(NamedTuple):
     tries: int
     bench: Bench
     found: NDArray[np.float64]
-
-
-@inlined
-def next_number(state: NDArray[np.uint64]):  # type: ignore[no-untyped-def]
-    """Return the next random number, uint64: splitmix64 (Steele, Lea and Flood, OOPSLA 2014)."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    mixed = state[0]
-    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return mixed ^ (mixed >> np.uint64(31))
 
 
 @inner_loop

@@ -15,7 +15,6 @@ from packgen.arrange.advancing_front.front_kernels import (
     Front,
     Rule,
     keep_places,
-    next_number,
     put,
 )
 from packgen.arrange.advancing_front.place_kernels import DISTANCE, Aim, Bed, meets_in_wall, places_at, worth
@@ -25,6 +24,7 @@ from packgen.arrange.advancing_front.surface_kernels import (
     polished_at_walls,
     wall_room,
 )
+from packgen.arrange.random_kernels import next_number
 from packgen.arrange.space.feature_kernels import wall_gap
 from packgen.arrange.space.map_kernels import candidate, cell_of, count_boundless
 from packgen.compiled import inner_loop, loop

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.dispersed.near_kernels import Crowd, Near, listed
+from packgen.arrange.random_kernels import next_number
 from packgen.arrange.space.feature_kernels import Features, out_of_reach, wall_gap
 from packgen.arrange.space.walls import WallTable
 from packgen.compiled import inlined, inner_loop, loop
@@ -22,16 +23,6 @@ BITS = 21
 HALF_RANGE = float(1 << (BITS - 1))
 
 DIAGONAL = math.sqrt(3.0)
-
-
-@inlined
-def next_number(state: NDArray[np.uint64]):  # type: ignore[no-untyped-def]
-    """Return the next random number of 64 bits (SplitMix64: Steele, Lea and Flood, OOPSLA 2014, 453)."""
-    state[0] += np.uint64(0x9E3779B97F4A7C15)
-    mixed = state[0]
-    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return mixed ^ (mixed >> np.uint64(31))
 
 
 @inlined
