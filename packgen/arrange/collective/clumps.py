@@ -142,18 +142,13 @@ class _Layers:
 
     def climb(self) -> bool:
         """Raise the level to the next room between non-convex walls or earlier beds; False: there is none."""
-        surface, region = self.surface, self.zone.region
-        if region.sides is None and not np.isfinite(surface.overhead).any():
-            return False
-        while surface.level < region.ceiling - surface.diameter:
-            surface.level += 0.5 * surface.diameter
-            surface.climbed = surface.level
-            tops = surface.tops()
-            draw, fresh = self._newcomers(tops, self.zone.pile.front)
-            self.zone.supply.put_back(draw)
-            if len(fresh):
-                return True
-        return False
+        return self.surface.climb(self._has_room)
+
+    def _has_room(self) -> bool:
+        """Return whether a body finds a place at the level; none is taken."""
+        draw, fresh = self._newcomers(self.surface.tops(), self.zone.pile.front)
+        self.zone.supply.put_back(draw)
+        return len(fresh) > 0
 
     def _spheres(self, bodies: Bodies, set_index: Int32Array, batch: int) -> Spheres:
         """Return the spheres of bodies of this zone."""

@@ -170,15 +170,7 @@ class _Layers:
 
     def climb(self) -> bool:
         """Raise the level to the next room between non-convex walls or earlier beds; False: there is none."""
-        surface, region = self.surface, self.zone.region
-        if region.sides is None and not np.isfinite(surface.overhead).any():
-            return False
-        while surface.level < region.ceiling - surface.diameter:
-            surface.level += 0.5 * surface.diameter
-            surface.climbed = surface.level
-            if len(self.starts.points(surface.tops())):
-                return True
-        return False
+        return self.surface.climb(lambda: len(self.starts.points(self.surface.tops())) > 0)
 
 
 def _is_clear(sphere: Spheres, others: Spheres, seams: Seams) -> bool:

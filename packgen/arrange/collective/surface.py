@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
@@ -99,6 +100,25 @@ class Surface:
         if self.started:
             return self._plan.thickness * self.diameter * (SEAM_SHARE if self._at_the_seam else 1.0)
         return self._plan.thickness * self.diameter * self._plan.first
+
+    def climb(self, has_room: Callable[[], bool]) -> bool:
+        """Raise the level to the next room between non-convex walls or earlier beds.
+
+        Args:
+            has_room: Tells whether something finds a place at the level.
+
+        Returns:
+            Whether there is such a room.
+        """
+        region = self._zone.region
+        if region.sides is None and not np.isfinite(self.overhead).any():
+            return False
+        while self.level < region.ceiling - self.diameter:
+            self.level += 0.5 * self.diameter
+            self.climbed = self.level
+            if has_room():
+                return True
+        return False
 
     def tops(self) -> Float64Array:
         """Return the tops of the columns, spheres far above the new layer left out [m]; set the level."""
