@@ -9,8 +9,9 @@ import numpy as np
 
 from packgen.clumps.body import Body, body_of
 from packgen.container.meshfile import read_surface
+from packgen.container.openings import refuse_open
 from packgen.container.stitching import stitched
-from packgen.container.topology import boundary_edges, with_consistent_winding
+from packgen.container.topology import with_consistent_winding
 from packgen.errors import GeometryError
 from packgen.geometry import Surface
 from packgen.units import LENGTHS
@@ -31,13 +32,7 @@ def read_stone(path: Path, units: str = "m", warn: Callable[[str], None] = lambd
     for sentence in mended:
         warn(f"{path.name}: {sentence}")
     surface = stitched(surface)
-    edges = boundary_edges(surface)
-    if len(edges):
-        x, y, z = surface.vertices[edges].reshape(-1, 3).mean(axis=0)
-        raise GeometryError(
-            f"clump: {path.name} has holes: {len(edges)} open edges around x={x:.4g} y={y:.4g} z={z:.4g} m, "
-            "expected a closed surface, which tells inside from outside; close it"
-        )
+    refuse_open(surface, lambda count: f"clump: {path.name} has holes: {count} open edges")
     if not _is_wound_alike(surface):
         try:
             surface, turned = with_consistent_winding(surface)

@@ -12,12 +12,11 @@ import numpy as np
 from packgen.arrays import Float64Array
 from packgen.container.convex import Hull, convex_hull, is_convex
 from packgen.container.meshfile import read_surface
-from packgen.container.openings import why_no_vessel
+from packgen.container.openings import refuse_open, why_no_vessel
 from packgen.container.primitives import ball_surface, box_surface, cone_surface
 from packgen.container.shells import Vessel, sorted_vessel
 from packgen.container.stitching import stitched
 from packgen.container.thick_walls import steel_remark
-from packgen.container.topology import boundary_edges
 from packgen.errors import GeometryError
 from packgen.geometry import (
     Ball,
@@ -160,13 +159,7 @@ def closed_mesh(
     from packgen.units import LENGTHS
 
     surface = stitched(read_surface(path, LENGTHS[units], place)[0])
-    edges = boundary_edges(surface)
-    if len(edges):
-        x, y, z = surface.vertices[edges].reshape(-1, 3).mean(axis=0)
-        raise GeometryError(
-            f"{place}: {path.name} is open at {len(edges)} edges, around x={x:.4g} y={y:.4g} z={z:.4g} m, "
-            "expected a closed surface, which tells inside from outside; close it"
-        )
+    refuse_open(surface, lambda count: f"{place}: {path.name} is open at {count} edges,")
     return mesh_container(path, units, place, warn)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -9,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from packgen.arrays import Float64Array, Int64Array
 from packgen.container.topology import boundary_edges, branching_edges
+from packgen.errors import GeometryError
 from packgen.geometry import Surface
 
 LISTED = 3
@@ -59,6 +62,25 @@ def why_no_vessel(surface: Surface, up: Float64Array) -> str:
             f"should be one; {EXPECTED}: merge corners by that distance"
         )
     return f"has holes ({_listed(surface, openings)}); {_remedy(surface, openings, up, extent)}"
+
+
+def refuse_open(surface: Surface, said: Callable[[int], str]) -> None:
+    """Refuse a surface that is open anywhere.
+
+    Args:
+        surface: The surface.
+        said: What the message begins with, from the number of open edges.
+
+    Raises:
+        GeometryError: It is open.
+    """
+    edges = boundary_edges(surface)
+    if len(edges):
+        x, y, z = surface.vertices[edges].reshape(-1, 3).mean(axis=0)
+        raise GeometryError(
+            f"{said(len(edges))} around x={x:.4g} y={y:.4g} z={z:.4g} m, expected a closed surface, which "
+            "tells inside from outside; close it"
+        )
 
 
 def _openings(surface: Surface, edges: Int64Array) -> list[Int64Array]:
