@@ -6,10 +6,15 @@ is an L, bevelled. Binary STL holds single precision.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+import shells
 
 SIZE = 0.02  # m, about the length of each stone
 
@@ -90,25 +95,12 @@ def _in_shard(point: np.ndarray) -> np.ndarray:
     return inside
 
 
-def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Write binary STL: 80 bytes of header, the number of facets, then 50 bytes a facet."""
-    corners = (SIZE * vertices[faces]).astype("<f4")
-    edge = corners[:, 1:].astype(float) - corners[:, :1]
-    normal = np.cross(edge[:, 0], edge[:, 1])
-    facets = np.zeros(
-        len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
-    )
-    facets["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    facets["corners"] = corners
-    header = f"packgen example {path.stem}, metres".encode().ljust(80)
-    path.write_bytes(header + np.uint32(len(facets)).tobytes() + facets.tobytes())
-
-
 def main() -> None:
     """Write all stones."""
     folder = Path(__file__).parent
     for name, make in (("crushed", crushed), ("pebble", pebble), ("shard", shard)):
-        write_stl(folder / f"{name}.stl", *make())
+        vertices, faces = make()
+        shells.write_stl(folder / f"{name}.stl", SIZE * vertices[faces])
 
 
 if __name__ == "__main__":
