@@ -16,6 +16,7 @@ from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from packgen.arrange.traits import Traits, traits_of
 from packgen.errors import PackingError
 
 if TYPE_CHECKING:  # a scene with a fault must not wait for numba
@@ -23,7 +24,7 @@ if TYPE_CHECKING:  # a scene with a fault must not wait for numba
 
     from packgen.arrange.task import Algorithm
 
-__all__ = ["BUILTIN", "DEFAULT", "ENTRY_POINT_GROUP", "Registered", "find", "names"]
+__all__ = ["BUILTIN", "DEFAULT", "ENTRY_POINT_GROUP", "Registered", "Traits", "find", "names", "traits_of"]
 
 ENTRY_POINT_GROUP = "packgen.algorithms"
 DEFAULT = "COLLECTIVE_ARRANGEMENT"

@@ -87,6 +87,7 @@ def run_contest_command(command: str, arguments: Sequence[str], ending: Ending) 
 
 def _may_change(options: RunsOptions, runs: Sequence[Run]) -> dict[str, str]:
     """Return what each algorithm that takes the scene may change with its settings, where it says so."""
+    from packgen.arrange.traits import traits_of
     from packgen.errors import SceneError
     from packgen.scene import load_scene
 
@@ -98,7 +99,7 @@ def _may_change(options: RunsOptions, runs: Sequence[Run]) -> dict[str, str]:
             scene: Scene = load_scene(options.scene, [*options.changes, *run.changes()])
         except SceneError:
             continue
-        said[run.values["algorithm"]] = getattr(scene.params, "may_change", "")
+        said[run.values["algorithm"]] = traits_of(scene.params).may_change
     return said
 
 

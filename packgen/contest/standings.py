@@ -12,11 +12,10 @@ from types import MappingProxyType
 from typing import Any
 
 from packgen.arrange.registry import find
+from packgen.arrange.traits import traits_of
 from packgen.sweep.table import VALIDATION, Line
 
 __all__ = ["Standing", "standing_rows", "standings"]
-
-UNSAID = "not said"
 
 BED_ROWS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("Spheres", "sphere_count", lambda value: f"{value:,.0f}"),
@@ -116,8 +115,7 @@ def _standing(name: str, lines: Sequence[Line], target: Path, may_change: str) -
 
 
 def _declared(name: str) -> str:
-    said = getattr(find(name).params, "may_change", UNSAID)
-    return said if isinstance(said, str) else UNSAID
+    return traits_of(find(name).params).may_change
 
 
 def _verdicts(folder: Path) -> dict[str, str]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 import numpy as np
 
 from packgen.arrange.collective.compaction import DENSEST, LOOSEST
+from packgen.arrange.traits import traits_of
 from packgen.bed import Bed
 from packgen.errors import PackingError
 from packgen.filling.room import Locations
@@ -99,7 +100,7 @@ def aim_of(scene: Scene, container: Container, locations: Sequence[Locations]) -
         PackingError: No such bed can be made; one line a fault.
     """
     keyed = [index for index, zone in enumerate(scene.zones) if zone.fraction is not None]
-    if not keyed or not getattr(scene.params, "compacts", False):
+    if not keyed or not traits_of(scene.params).compacts:
         return scene, None
     index = keyed[0]
     zone = scene.zones[index]
@@ -135,7 +136,7 @@ def _unsupported(scene: Scene, container: Container, locations: Sequence[Locatio
         )
     if getattr(scene.params, "tile", None) is not None:
         faults.append("found tiles, expected none: not supported yet; leave one of both out")
-    if (instead := getattr(scene.params, "instead", None)) is not None:
+    if (instead := traits_of(scene.params).instead) is not None:
         faults.append(f"found optimizer {instead.lower()}, expected projection: not supported yet")
     if floor_direction(np.asarray(scene.gravity_direction, float), container.periodic) is None:
         faults.append(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from packgen.arrange.registry import BUILTIN
+from packgen.arrange.traits import traits_of
 from packgen.container.load import load_location
 from packgen.errors import GeometryError, PackingError
 from packgen.filling.clumps import has_clumps
@@ -52,8 +53,8 @@ class Amounts:
 
     def __init__(self, scene: Scene, container: Container) -> None:
         self._scene, self._container = scene, container
-        self._any = getattr(scene.params, "any_amount", False)
-        self._fitted = self._any or getattr(scene.params, "fits_container", False)
+        traits = traits_of(scene.params)
+        self._any, self._fitted = traits.any_amount, traits.any_amount or traits.fits_container
         self._zones = [asked_of(zone, scene) for zone in scene.zones]
         self._remark = units_remark(
             scene,

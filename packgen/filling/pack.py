@@ -13,6 +13,7 @@ import numpy as np
 from packgen.arrange.crew import Crew
 from packgen.arrange.spheres import in_rows, rows_of_bodies
 from packgen.arrange.task import Listener, Outcome, Task
+from packgen.arrange.traits import traits_of
 from packgen.arrays import Float64Array
 from packgen.bed import Bed, ParticleSet
 from packgen.distributions import UNIT_VOLUME
@@ -128,7 +129,7 @@ def pack(
         results = (
             replace(results[0], solid_fraction_asked=asked, solid_fraction=reached, slack=SLACK),
         )  # fmt: skip
-    coverage = getattr(ready.setting.settings, "coverage", None)
+    coverage = traits_of(ready.setting.settings).coverage
     if coverage is not None:
         reached = min(sum(solid) / ready.setting.container.volume, coverage)
         last = replace(results[-1], solid_fraction_asked=coverage, solid_fraction=reached, slack=ROUNDING)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from packgen.arrange.traits import traits_of
 from packgen.errors import PackingError
 from packgen.geometry import Container
 
@@ -33,7 +34,8 @@ def check_periods(scene: Scene, container: Container, reach: float) -> None:
         return
     place = scene.named("container.periodic")
     lengths = container.bounds[1] - container.bounds[0]
-    fitted = getattr(scene.params, "fits_container", False)  # then the algorithm knows how long it becomes
+    traits = traits_of(scene.params)
+    fitted = traits.fits_container  # then the algorithm knows how long it becomes
     least = PERIOD_MIN * reach
     faults = [
         f"{place}: found a box of {lengths[axis]:.4g} m along {'xyz'[axis]}, expected at least "
@@ -42,7 +44,7 @@ def check_periods(scene: Scene, container: Container, reach: float) -> None:
         for axis in np.flatnonzero(container.periodic)
         if lengths[axis] < least and not fitted
     ]
-    unsupported = getattr(scene.params, "unsupported", None)
+    unsupported = traits.unsupported
     faults += [
         f"{scene.named(path)}: {text}"
         for path, text in ([] if unsupported is None else unsupported(container))

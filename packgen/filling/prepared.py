@@ -13,6 +13,7 @@ from packgen.arrange.crew import Alone, Crew
 from packgen.arrange.registry import find
 from packgen.arrange.spheres import no_spheres
 from packgen.arrange.task import Algorithm, Listener, Setting, Task, ZoneTask, no_listener
+from packgen.arrange.traits import traits_of
 from packgen.container.load import load_container
 from packgen.errors import PackingError
 from packgen.filling.clumps import check_clumps, slenderness_of
@@ -119,7 +120,7 @@ def prepared(
     if container is None:
         container = load_container(scene, tell)
     scene = in_tiles(scene, shared=crew is not None)
-    algorithm = find(getattr(scene.params, "instead", None) or scene.algorithm).load()
+    algorithm = find(traits_of(scene.params).instead or scene.algorithm).load()
     # A wrong unit makes spheres soft, too: it is told first.
     check_clumps(scene, container, device)
     locations = checked_locations(scene, container, tell)

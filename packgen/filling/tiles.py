@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from packgen.arrange.traits import traits_of
 from packgen.errors import PackingError
 from packgen.filling.clumps import has_clumps
 
@@ -25,7 +26,7 @@ def in_tiles(scene: Scene, *, shared: bool) -> Scene:
         PackingError: Its algorithm knows no tiles.
     """
     params = scene.params
-    tile, instead = getattr(params, "tile", None), getattr(params, "instead", None)
+    tile, instead = getattr(params, "tile", None), traits_of(params).instead
     if not shared and tile is None:
         return scene
     if not hasattr(params, "tile") or instead is not None:

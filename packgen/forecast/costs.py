@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from packgen.arrange.traits import traits_of
+
 __all__ = ["RULE", "Cost", "cost_of"]
 
 START = 3.0  # seconds to load, and to write the page
@@ -60,7 +62,7 @@ def cost_of(algorithm: str, params: Any, count: float, ratio: float, *, aimed: b
     if algorithm in SEARCHES:
         return Cost(START + _seconds_of_search(algorithm, params, count), MEMORY_START)
     each = _seconds_a_sphere(algorithm, params, count)
-    if each is not None and aimed and getattr(type(params), "compacts", False):
+    if each is not None and aimed and traits_of(params).compacts:
         each *= AIMED
     broad = 1.0 + (BROAD - 1.0) * min(math.log(max(ratio, 1.0)) / math.log(BROAD_RATIO), 1.0)
     seconds = None if each is None else START + count * (each * broad + FINISH)
@@ -75,7 +77,7 @@ def _seconds_of_search(algorithm: str, params: Any, count: float) -> float:
 
 
 def _seconds_a_sphere(algorithm: str, params: Any, count: float) -> float | None:
-    if algorithm == "ADAM" or getattr(params, "instead", None) == "ADAM":
+    if algorithm == "ADAM" or traits_of(params).instead == "ADAM":
         return ADAM
     if algorithm == "JAMMED":
         proof = params.certificate

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from packgen.arrange.traits import traits_of
 from packgen.arrays import Float64Array
 from packgen.container.load import load_location
 from packgen.distributions import UNIT_VOLUME
@@ -232,7 +233,7 @@ def _with_voids(scene: Scene, container: Container, zone: _Zone) -> _Zone:
     if zone.supply is None or zone.supply.free is None:
         return zone
     room = volume_of(container, zone.locations)
-    coverage = getattr(scene.params, "coverage", None)
+    coverage = traits_of(scene.params).coverage
     count, share = expected_voids(zone.supply.free, zone.supply.asked, coverage, room)
     mean = share * room / count
     radius = np.array([np.cbrt(mean / UNIT_VOLUME)])
@@ -269,13 +270,12 @@ def _fill(
         solid = float((UNIT_VOLUME * earlier.spheres.radius**3).sum())
         top = float((earlier.spheres.position @ -down + earlier.spheres.radius).max())
         cells.take(len(zones), cells.below(top), solid / BED)
-    filled = _Filled(-down)
+    filled, traits = _Filled(-down), traits_of(scene.params)
+    fitted, any_amount = traits.fits_container, traits.any_amount
     for index, zone in enumerate(zones):
         place, part = _place(scene, index), cells.within(zone.locations, zone.reach)
         fraction = _settled(scene, container, zone, cells, part, -down)
         need = None if zone.solid is None else zone.solid / fraction
-        fitted = getattr(scene.params, "fits_container", False)
-        any_amount = getattr(scene.params, "any_amount", False)
         if (fitted or any_amount) and need is not None:
             filled.factor = float(np.cbrt(need / container.volume)) if fitted else None
             taken = Taken(need, need, base, base, 0.0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from packgen.arrange.registry import BUILTIN, DEFAULT, find
+from packgen.arrange.registry import BUILTIN, DEFAULT, find, traits_of
 from packgen.distributions import Free, Listed
 from packgen.errors import PackingError
 from packgen.scene.document import SceneFile
@@ -45,7 +45,7 @@ def _densities(data: dict[str, Any]) -> list[Fault]:
         known = find(name).params if isinstance(name, str) else None
     except PackingError:
         return []
-    kept: frozenset[str] = getattr(known, "zone_keys", frozenset())
+    traits = traits_of(known)
     faults = []
     for index, zone in enumerate(_list(data.get("zones"))):
         values = zone if isinstance(zone, dict) else {}
@@ -53,10 +53,10 @@ def _densities(data: dict[str, Any]) -> list[Fault]:
         amount = next((key for key in AMOUNTS if values.get(key) is not None), None)
         for key in given:
             place = ("zones", index, key)
-            if key not in kept:
+            if key not in traits.zone_keys:
                 expected = f"none: not supported yet by {name}; leave it out, or take `algorithm: DISPERSED`"
                 faults.append(Fault(place, values[key], expected))
-            elif amount is not None and key in FRACTIONS and not getattr(known, "compacts", False):
+            elif amount is not None and key in FRACTIONS and not traits.compacts:
                 expected = f"one of both: {name} spreads an amount over the whole zone; leave the other out"
                 faults.append(Fault(place, Said(f"{key} beside {amount}"), expected))
     return faults
@@ -68,7 +68,7 @@ def _cell(data: dict[str, Any]) -> list[Fault]:
     if not isinstance(container, dict) or not isinstance(name, str):
         return []
     try:
-        needed = bool(getattr(find(name).params, "free_cell", False))
+        needed = traits_of(find(name).params).free_cell
     except PackingError:
         return []
     given = container.get("cell")
@@ -189,7 +189,7 @@ def of_free_sizes(document: SceneFile, zones: tuple[ZoneSpec, ...]) -> list[Faul
     free = [isinstance(each.distribution, Free) for each in document.particle_sets]
     if not any(free):
         return []
-    name, sized = document.algorithm, getattr(document.params, "free_sizes", None)
+    name, sized = document.algorithm, traits_of(document.params).free_sizes
     if sized is None:
         place = ("particle_sets", free.index(True), "radius_distribution")
         expected = f"a law of sizes: {name} sizes no spheres by their voids; take `algorithm: VOID_FILLING`"
@@ -235,14 +235,12 @@ def of_start(document: SceneFile) -> list[Fault]:
 
 def algorithm_of(name: str, params: Any) -> str:
     """Return the name of the algorithm that arranges: settings may choose another one in its place."""
-    instead = getattr(type(params), "instead", None)
-    return (params.instead if instead is not None else None) or name
+    return traits_of(params).instead or name
 
 
 def ways_to_hold(algorithm: str) -> tuple[str, ...]:
     """Return how an algorithm can hold a bed that is there before, its usual way first; none: not at all."""
-    ways: tuple[str, ...] = getattr(find(algorithm).params, "holds", ())
-    return ways
+    return traits_of(find(algorithm).params).holds
 
 
 def _shared_files(sets: Sequence[Any], zones: tuple[ZoneSpec, ...]) -> list[Fault]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from packgen.arrange.registry import BUILTIN, find
+from packgen.arrange.registry import BUILTIN, find, traits_of
 from packgen.scene.faults import Fault, Said
 
 if TYPE_CHECKING:
@@ -46,4 +46,4 @@ def of_clumps(document: SceneFile, algorithm: str) -> list[Fault]:
 
 
 def _takes(algorithm: str) -> bool:
-    return bool(getattr(find(algorithm).params, "takes_clumps", False))
+    return traits_of(find(algorithm).params).takes_clumps

@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from packgen.arrange.registry import DEFAULT, find
+from packgen.arrange.registry import DEFAULT, find, traits_of
 from packgen.bed import Material
 from packgen.errors import PackingError, SceneError
 from packgen.scene.changes import Change, changed, parse_change, plain_data
@@ -215,7 +215,7 @@ def _scene(path: Path, document: SceneFile, zones: tuple[ZoneSpec, ...], marked:
         path=path,
         container=document.container,
         gravity_direction=document.gravity_axis,
-        gravity=0.0 if getattr(type(document.params), "weightless", False) else document.gravity,
+        gravity=0.0 if traits_of(document.params).weightless else document.gravity,
         seed=document.seed,
         algorithm=document.algorithm,
         params=free_params(document.params) if isinstance(document.params, FreeParams) else document.params,
