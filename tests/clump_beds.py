@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,23 @@ from packgen.clumps import template_of_spheres
 from tests.beds import box_container, make_bed
 
 RADIUS = 0.005
-PAIR = template_of_spheres("pair", np.array([[-0.004, 0, 0, 0.005], [0.004, 0, 0, 0.005]]))
-BENT = template_of_spheres(
-    "bent",
-    np.array(
-        [[0, 0, 0, 0.005], [0.007, 0.001, 0, 0.004], [0.001, 0.006, 0.002, 0.0045], [0, 0, 0.005, 0.003]]
-    ),
-)
 MATERIALS = (Material("ore", youngs_modulus=1.0e7),)
+
+
+@cache
+def pair() -> Template:
+    return template_of_spheres("pair", np.array([[-0.004, 0, 0, 0.005], [0.004, 0, 0, 0.005]]))
+
+
+@cache
+def bent() -> Template:
+    spheres = [
+        [0, 0, 0, 0.005],
+        [0.007, 0.001, 0, 0.004],
+        [0.001, 0.006, 0.002, 0.0045],
+        [0, 0, 0.005, 0.003],
+    ]
+    return template_of_spheres("bent", np.array(spheres))
 
 
 def random_turns(count: int, seed: int = 5) -> np.ndarray:
@@ -28,12 +38,14 @@ def random_turns(count: int, seed: int = 5) -> np.ndarray:
 
 
 def bodies_at(
-    place: Any, index: Any, templates: tuple[Template, ...] = (PAIR, BENT), scale: Any = None, seed: int = 5
+    place: Any, index: Any, templates: tuple[Template, ...] | None = None, scale: Any = None, seed: int = 5
 ) -> Bodies:
     """Bodies at places, turned at random; single spheres have the radius `RADIUS`."""
     index = np.asarray(index, np.int32)
     sizes = np.where(index == SINGLE, RADIUS, 1.0) if scale is None else np.asarray(scale, float)
-    return Bodies(templates, index, sizes, np.asarray(place, float), random_turns(len(index), seed))
+    return Bodies(
+        templates or (pair(), bent()), index, sizes, np.asarray(place, float), random_turns(len(index), seed)
+    )
 
 
 def bed_of(bodies: Bodies, container: Any, **changes: Any) -> Bed:

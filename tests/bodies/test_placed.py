@@ -9,15 +9,14 @@ from scipy.spatial.transform import Rotation
 from packgen.bodies import SINGLE, Bodies, members_of, rotations
 from packgen.clumps import template_of_spheres
 
-PAIR = template_of_spheres("pair", np.array([[0.0, 0, 0, 1.0], [1.5, 0, 0, 0.7]]))
-THREE = template_of_spheres("three", np.array([[0.0, 0, 0, 1.0], [1, 0, 0, 0.5], [0, 2, 0, 1.2]]))
-
 
 @pytest.fixture
 def bodies():
+    pair = template_of_spheres("pair", np.array([[0.0, 0, 0, 1.0], [1.5, 0, 0, 0.7]]))
+    three = template_of_spheres("three", np.array([[0.0, 0, 0, 1.0], [1, 0, 0, 0.5], [0, 2, 0, 1.2]]))
     turn = np.random.default_rng(3).normal(size=(4, 4))
     return Bodies(
-        (PAIR, THREE),
+        (pair, three),
         np.array([1, SINGLE, 0, 1], np.int32),
         np.array([1.0, 0.3, 2.0, 0.5]),
         np.arange(12.0).reshape(4, 3),
@@ -35,7 +34,7 @@ def test_members_stand_where_their_template_turned_and_moved_has_them(bodies):
     assert owner.tolist() == [0, 0, 0, 1, 2, 2, 3, 3, 3]
     assert radius.tolist() == pytest.approx([1.0, 0.5, 1.2, 0.3, 2.0, 1.4, 0.5, 0.25, 0.6])
     turn = Rotation.from_quat(np.roll(bodies.orientation[2], -1).copy())
-    expected = bodies.position[2] + 2.0 * turn.apply(PAIR.spheres[:, :3].copy())
+    expected = bodies.position[2] + 2.0 * turn.apply(bodies.templates[0].spheres[:, :3].copy())
     assert np.abs(position[4:6] - expected).max() < 1e-14
     assert position[3].tolist() == bodies.position[1].tolist()
 

@@ -15,7 +15,7 @@ from packgen.bodies import SINGLE, Template
 from packgen.errors import ExportError
 from packgen.reading import read_bed
 from tests.beds import box_container
-from tests.clump_beds import PAIR, bed_of, bodies_at, lattice_of_clumps
+from tests.clump_beds import bed_of, bodies_at, lattice_of_clumps, pair
 
 DENSITY = 2500.0
 
@@ -111,7 +111,9 @@ def test_formats_without_clumps_refuse_them_by_name(tmp_path, name):
 
 @pytest.mark.parametrize("name", ["liggghts", "lammps", "yade"])
 def test_a_template_that_no_masses_balance_is_refused_by_name(tmp_path, name):
-    away = Template("away", PAIR.spheres + np.array([0.02, 0, 0, 0]), PAIR.volume, PAIR.inertia, np.zeros(3))
+    away = Template(
+        "away", pair().spheres + np.array([0.02, 0, 0, 0]), pair().volume, pair().inertia, np.zeros(3)
+    )
     bed = bed_of(bodies_at([[0.05] * 3], [0], (away,)), box_container([0, 0, 0], [0.1] * 3))
     with pytest.raises(ExportError, match=f"^{name}: template away: .*more spheres"):
         write(name, bed, tmp_path)

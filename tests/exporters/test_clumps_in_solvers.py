@@ -11,7 +11,7 @@ import pytest
 import exporters
 from packgen.bodies import member_shares, rotations
 from tests.beds import box_container
-from tests.clump_beds import BENT, bed_of, bodies_at
+from tests.clump_beds import bed_of, bent, bodies_at
 
 SOLVERS = {"liggghts": "liggghts", "lammps": "lmp", "yade": "yade"}
 SPIN = np.array([3.0, -2.0, 5.0])  # rad/s
@@ -111,15 +111,15 @@ def test_a_clump_falls_with_all_digits_of_gravity_and_does_not_turn(tmp_path, so
 @pytest.mark.parametrize("solver", [needs(each) for each in SOLVERS])
 def test_a_clump_that_spins_keeps_its_energy_and_its_moment_with_its_true_inertia(tmp_path, solver):
     bed, looks, _ = falling(tmp_path, solver, gravity=0.0, spin=SPIN)
-    share = member_shares(BENT)
-    inertia = 2500.0 * BENT.inertia
+    share = member_shares(bent())
+    inertia = 2500.0 * bent().inertia
     energies, moments = [], []
     for look in looks[1:]:  # YADE's spheres have their speeds after the first step
         apart, speed = look[:, :3] - share @ look[:, :3], look[:, 3:] - share @ look[:, 3:]
         # v = w x r, solved for w; the turn of the template's spheres by Kabsch.
         rows = np.concatenate([[[0, z, -y], [-z, 0, x], [y, -x, 0]] for x, y, z in apart])
         spin = np.linalg.lstsq(rows, speed.ravel(), rcond=None)[0]
-        left, _, right = np.linalg.svd(BENT.spheres[:, :3].T @ apart)
+        left, _, right = np.linalg.svd(bent().spheres[:, :3].T @ apart)
         turn = right.T @ np.diag([1, 1, np.linalg.det(left @ right)]) @ left.T
         moment = turn @ inertia @ turn.T @ spin
         energies.append(0.5 * spin @ moment)

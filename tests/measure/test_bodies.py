@@ -22,7 +22,7 @@ from packgen.measure.hertz import mean_radius, mean_weight, sphere_mass
 from packgen.measure.particles import as_particles, in_grains
 from packgen.report import build_report
 from tests.beds import box_container
-from tests.clump_beds import BENT, PAIR, bed_of, lattice_of_clumps
+from tests.clump_beds import bed_of, bent, lattice_of_clumps, pair
 
 BED = lattice_of_clumps((4, 4, 4), singles=True)
 
@@ -71,7 +71,7 @@ def test_two_bodies_have_one_contact_however_many_of_their_spheres_touch():
     # Two pairs side by side touch by two spheres each, and stand on the floor; a third stands apart.
     place = [[0.01, 0.005, 0.005], [0.01, 0.015, 0.005], [0.01, 0.035, 0.006]]
     flat = Bodies(
-        (PAIR,), np.zeros(3, np.int32), np.ones(3), np.array(place), np.tile([1.0, 0, 0, 0], (3, 1))
+        (pair(),), np.zeros(3, np.int32), np.ones(3), np.array(place), np.tile([1.0, 0, 0, 0], (3, 1))
     )
     bed = bed_of(flat, box_container([0, 0, 0], [0.02, 0.05, 0.05]))
     clearance = wall_clearance(bed.container, bed.position, 2 * bed.radius)
@@ -85,7 +85,11 @@ def test_two_bodies_have_one_contact_however_many_of_their_spheres_touch():
 
 def test_orientations_are_told_by_the_axis_unlike_the_others():
     lying = Bodies(
-        (PAIR, BENT), np.zeros(50, np.int32), np.ones(50), np.zeros((50, 3)), np.tile([1.0, 0, 0, 0], (50, 1))
+        (pair(), bent()),
+        np.zeros(50, np.int32),
+        np.ones(50),
+        np.zeros((50, 3)),
+        np.tile([1.0, 0, 0, 0], (50, 1)),
     )
     bed = bed_of(lying, box_container([0, 0, 0], [0.02, 0.05, 0.05]))
     shape = body_measures(bed).shapes[0]

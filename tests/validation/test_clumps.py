@@ -14,7 +14,7 @@ from packgen.settling import settle
 from packgen.validation import validate
 from packgen.validation.measure import Trajectory, gravity_run
 from tests.beds import box_container
-from tests.clump_beds import PAIR, bed_of, lattice_of_clumps
+from tests.clump_beds import bed_of, lattice_of_clumps, pair
 
 PROGRAMS = {"liggghts": "liggghts", "lammps": "lmp", "yade": "yade"}
 
@@ -26,7 +26,7 @@ def pile(gap=0.0):
     )
     place = grid * [0.0181, 0.0101, 0.01 - gap] + [0.00905, 0.00505, 0.005 - gap]
     turn = np.tile([1.0, 0, 0, 0], (len(place), 1))
-    bodies = Bodies((PAIR,), np.zeros(len(place), np.int32), np.ones(len(place)), place, turn)
+    bodies = Bodies((pair(),), np.zeros(len(place), np.int32), np.ones(len(place)), place, turn)
     return bed_of(bodies, box_container([0, 0, 0], [0.0362, 0.0303, 0.05]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,7 +28,9 @@ def walls_of(*shapes, radius_max=0.1, low=(0, 0, 0), high=(1, 1, 1)):
     return wall_table(shapes, np.array([low, high], float), radius_max)
 
 
-CUBE = walls_of(Box([0, 0, 0], [1, 1, 1]))
+@cache
+def cube():
+    return walls_of(Box([0, 0, 0], [1, 1, 1]))
 
 
 def crowd(count, seed=0, low=0.05, high=0.08, fixed=()):
@@ -61,7 +64,7 @@ def test_what_is_kept_overlaps_nothing(sink, high):
     fixed = floor_of_spheres()
     ball = crowd(150, low=0.01 if high < 0.05 else 0.05, high=high, fixed=fixed)
     before = ball.copy()
-    position, kept = settle(ball, 150, CUBE, DOWN, Recipe(), sink=sink)
+    position, kept = settle(ball, 150, cube(), DOWN, Recipe(), sink=sink)
     assert np.array_equal(ball, before), "what was given is as it was: radii, and the fixed spheres"
     assert kept.sum() > 142  # 20 seeds: 146 to 150.
     position, radius = position[kept], ball[:150, 3][kept]
@@ -76,7 +79,7 @@ def test_what_is_kept_overlaps_nothing(sink, high):
 def test_only_spheres_that_do_not_fit_are_thrown_back_and_counted():
     stats = SettleStats()
     ball = crowd(900, low=0.06, high=0.06)  # solid fraction 0.81, random packings reach 0.64, less at walls
-    position, kept = settle(ball, 900, CUBE, DOWN, Recipe(), stats)
+    position, kept = settle(ball, 900, cube(), DOWN, Recipe(), stats)
     assert 555 < kept.sum() < 595  # 20 seeds: 568 to 580.
     assert stats.thrown_back == 900 - kept.sum()
     assert np.isfinite(position).all()
@@ -87,18 +90,18 @@ def test_a_sphere_with_nowhere_to_go_is_thrown_back_and_its_cage_stays():
     cage = np.array([[*(0.5 + 0.11 * np.array(d)), 0.06] for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)])
     cage[:, :3] -= 0.11
     ball = np.concatenate([[[0.5, 0.5, 0.5, 0.09]], cage])
-    _, kept = settle(ball, 1, CUBE, DOWN, Recipe())
+    _, kept = settle(ball, 1, cube(), DOWN, Recipe())
     assert not kept[0]
 
 
 def test_the_same_start_gives_the_same_end_bit_for_bit():
-    first, second = (settle(crowd(200), 200, CUBE, DOWN, Recipe()) for _ in range(2))
+    first, second = (settle(crowd(200), 200, cube(), DOWN, Recipe()) for _ in range(2))
     assert np.array_equal(first[0], second[0])
     assert np.array_equal(first[1], second[1])
 
 
 def test_a_layer_that_gives_signals_their_turn_ever_so_often_is_the_same_one(monkeypatch):
-    whole = settle(crowd(200), 200, CUBE, DOWN, Recipe())
+    whole = settle(crowd(200), 200, cube(), DOWN, Recipe())
     lengths, run = [], FusedLayer.run
 
     def counted(layer, down, schedule, strays):
@@ -108,7 +111,7 @@ def test_a_layer_that_gives_signals_their_turn_ever_so_often_is_the_same_one(mon
     monkeypatch.setattr(FusedLayer, "run", counted)
     monkeypatch.setattr("packgen.arrange.projection.settle.STEPS_MAX", 1400)
     stats = SettleStats()
-    in_turns = settle(crowd(200), 200, CUBE, DOWN, Recipe(), stats)
+    in_turns = settle(crowd(200), 200, cube(), DOWN, Recipe(), stats)
     assert max(lengths) == 7
     assert sum(lengths) >= stats.sweeps > 100
     assert np.array_equal(whole[0], in_turns[0])
@@ -119,7 +122,7 @@ def test_without_sinking_spheres_that_touch_nothing_stay_where_they_are():
     ball = np.array(
         [[0.3, 0.3, 0.9, 0.05], [0.7, 0.7, 0.5, 0.05], [0.3, 0.7, 0.5, 0.05], [0.33, 0.7, 0.5, 0.05]]
     )
-    position, kept = settle(ball, 4, CUBE, DOWN, Recipe(), sink=False)
+    position, kept = settle(ball, 4, cube(), DOWN, Recipe(), sink=False)
     assert kept.all()
     assert np.array_equal(position[:2], ball[:2, :3])
     assert not np.array_equal(position[2], ball[2, :3])
@@ -127,7 +130,7 @@ def test_without_sinking_spheres_that_touch_nothing_stay_where_they_are():
 
 def test_a_lone_sphere_sinks_by_the_recipes_steps_until_it_lies_on_the_floor():
     ball = np.array([[0.5, 0.5, 0.2, 0.1]])
-    position, kept = settle(ball, 1, CUBE, DOWN, Recipe())
+    position, kept = settle(ball, 1, cube(), DOWN, Recipe())
     assert kept[0]
     assert position[0, :2] == pytest.approx([0.5, 0.5])
     assert position[0, 2] == pytest.approx(0.1, rel=1e-3)
@@ -136,13 +139,13 @@ def test_a_lone_sphere_sinks_by_the_recipes_steps_until_it_lies_on_the_floor():
 def test_no_tolerance_leaves_the_layer_as_the_sinking_left_it():
     recipe = dataclasses.replace(Recipe(), tolerance=None)
     ball = crowd(300, low=0.08, high=0.08)
-    position, kept = settle(ball, 300, CUBE, DOWN, recipe)
+    position, kept = settle(ball, 300, cube(), DOWN, recipe)
     assert kept.all()
     assert depths(position, ball[:, 3]).max() > 0.2  # 20 seeds: 0.37 to 0.58.
 
 
 def test_an_empty_layer_is_done_at_once():
-    position, kept = settle(np.empty((0, 4)), 0, CUBE, DOWN, Recipe())
+    position, kept = settle(np.empty((0, 4)), 0, cube(), DOWN, Recipe())
     assert position.shape == (0, 3)
     assert kept.shape == (0,)
 
@@ -165,7 +168,7 @@ def test_cones_and_slices_hold_their_spheres():
 @pytest.mark.parametrize("sink", [True, False])
 def test_plain_torch_settles_as_well(sink):
     ball = crowd(60)
-    position, kept = settle(ball, 60, CUBE, DOWN, Recipe(), sink=sink, device="torch")
+    position, kept = settle(ball, 60, cube(), DOWN, Recipe(), sink=sink, device="torch")
     assert kept.sum() > 56  # 20 seeds: 60.
     assert depths(position[kept], ball[kept, 3]).max() <= TOLERANCE
 
@@ -265,7 +268,7 @@ def pairs_of_bodies(count, radius=0.05):
 def test_spheres_of_one_body_may_overlap_and_those_of_two_may_not(sink, device):
     ball, body = pairs_of_bodies(12)
     stats = SettleStats()
-    position, kept = settle(ball, 24, CUBE, DOWN, Recipe(), stats, sink, device, body)
+    position, kept = settle(ball, 24, cube(), DOWN, Recipe(), stats, sink, device, body)
     assert kept.all()
     assert stats.thrown_back == 0
     first, second = np.triu_indices(24, 1)
@@ -278,7 +281,7 @@ def test_spheres_of_one_body_may_overlap_and_those_of_two_may_not(sink, device):
 def test_two_spheres_in_one_place_stay_there_where_they_are_one_body():
     ball = np.array([[0.5, 0.5, 0.5, 0.1], [0.5, 0.5, 0.52, 0.1], [0.5, 0.5, 0.1, 0.1]])
     body = np.array([0, 0, 1], np.int32)
-    position, kept = settle(ball, 2, CUBE, DOWN, Recipe(), sink=False, body_index=body[:2])
+    position, kept = settle(ball, 2, cube(), DOWN, Recipe(), sink=False, body_index=body[:2])
     assert kept.all()
     assert np.array_equal(position, ball[:2, :3])
 
@@ -299,7 +302,7 @@ def test_a_body_with_nowhere_to_go_is_thrown_back_as_a_whole():
     cage = np.array([[*(0.5 + 0.11 * np.array(d)), 0.06] for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)])
     cage[:, :3] -= 0.11
     ball = np.concatenate([[[0.5, 0.5, 0.5, 0.09], [0.5, 0.5, 0.9, 0.05], [0.2, 0.2, 0.9, 0.05]], cage])
-    position, kept = settle(ball, 3, CUBE, DOWN, Recipe(), body_index=np.array([0, 0, 1], np.int32))
+    position, kept = settle(ball, 3, cube(), DOWN, Recipe(), body_index=np.array([0, 0, 1], np.int32))
     assert kept.tolist() == [False, False, True]
     assert np.isfinite(position).all()
 
@@ -308,14 +311,14 @@ def test_a_crowd_of_bodies_loses_none_in_part():
     # Too many even where the two of each body lie in one place: a solid fraction of 0.75.
     ball, body = pairs_of_bodies(350, 0.08)
     stats = SettleStats()
-    _, kept = settle(ball, 700, CUBE, DOWN, Recipe(), stats, body_index=body)
+    _, kept = settle(ball, 700, cube(), DOWN, Recipe(), stats, body_index=body)
     assert np.array_equal(kept[::2], kept[1::2])
     assert 0 < kept.sum() < 700  # 20 seeds: 394 to 424.
     assert stats.thrown_back == 700 - kept.sum()
 
 
 def test_bodies_of_one_sphere_settle_as_spheres_do():
-    plain = settle(crowd(200), 200, CUBE, DOWN, Recipe())
-    single = settle(crowd(200), 200, CUBE, DOWN, Recipe(), body_index=np.arange(200, dtype=np.int32))
+    plain = settle(crowd(200), 200, cube(), DOWN, Recipe())
+    single = settle(crowd(200), 200, cube(), DOWN, Recipe(), body_index=np.arange(200, dtype=np.int32))
     assert np.array_equal(plain[0], single[0])
     assert np.array_equal(plain[1], single[1])
