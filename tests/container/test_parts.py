@@ -148,7 +148,7 @@ def test_the_solids_of_a_text_stl_are_parts_by_name(tmp_path):
     assert [(each.name, each.remove, len(each.faces)) for each in container.parts] == [("outlet", True, 48)]
     with pytest.raises(
         GeometryError,
-        match=r"walls\[0\] \(lid\): found no solid of that name, expected one of .*: body, outlet",
+        match=r"walls\[0\] \(lid\): found no surface of that name, expected one of .*: body, outlet",
     ):
         read_scene(tmp_path, {"path": "silo.stl"}, constant(0.05), walls=[{"name": "lid"}])
 
