@@ -79,7 +79,8 @@ def _read_patches(path: Path, scale: float, place: str, wanted: Sequence[str]) -
     parts = [name for name in wanted if name in found.groups]
     _check_apart(path, place, found, parts)
     left = found.outer.copy()
-    surfaces, mended = {}, []
+    surfaces: dict[str, Surface] = {}
+    mended: list[str] = []
     for name in [*parts, *(name for name in found.groups if name not in parts)]:
         chosen = found.groups[name] if name in parts else found.groups[name] & left
         left &= ~chosen
