@@ -84,13 +84,18 @@ def read_file(path: Path, place: str, load: Callable[[Path], Read]) -> Read:
 
 
 def check_corners(path: Path, place: str, vertices: Float64Array, faces: Int64Array) -> None:
-    """Refuse a mesh that has no triangles, or corners that are not finite.
+    """Refuse a mesh that has no triangles, lacks corners of them, or has some that are not finite.
 
     Raises:
         GeometryError: It is so.
     """
     if len(faces) == 0:
         raise GeometryError(f"{place}: {path.name} holds no triangles; is it complete?")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise GeometryError(
+            f"{place}: {path.name} has facets with corners that it lacks, of {len(vertices)} corners; is it "
+            "complete?"
+        )
     if not np.isfinite(vertices).all():
         bad = int((~np.isfinite(vertices)).any(axis=1).sum())
         raise GeometryError(

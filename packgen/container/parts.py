@@ -200,6 +200,7 @@ def _furnished(room: Room, inner: dict[int, Piece], up: Float64Array) -> Room:
                 closed += [body, flipped(body)]
             else:
                 outward = solid.closed if solid.volume > 0.0 else flipped(solid.closed)
+                _check_room_left(room, piece, outward)
                 share = share_within(outward, room.closed)
                 if share == 0.0 and not _within(room, spread_points(outward)).any():
                     raise _outside(piece, room)
@@ -211,6 +212,23 @@ def _furnished(room: Room, inner: dict[int, Piece], up: Float64Array) -> Room:
         owner.append(np.full(len(piece.surface.faces), number))
     return Room(
         Mesh(stacked(closed)), stacked(walls), room.closed, volume, stacked(known), np.concatenate(owner)
+    )
+
+
+def _check_room_left(room: Room, piece: Piece, body: Surface) -> None:
+    """Refuse a body that has all of a room within.
+
+    Raises:
+        GeometryError: It has.
+    """
+    from packgen.check.inside import inside
+
+    if not np.asarray(inside(body.vertices[body.faces], spread_points(room.closed))).all():
+        return
+    low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+    raise GeometryError(
+        f"{piece.place}: found a body around the container, from {_point(low)} to {_point(high)} m, expected "
+        "one within it that leaves room; are its `units` right?"
     )
 
 
