@@ -152,7 +152,7 @@ def _check_meeting(bounds: Float64Array, container: Container, own: Locations, p
 
 
 def _meet(shapes: Sequence[Shape | Slice], bounds: Float64Array) -> bool:
-    """Return whether some of the points of `_share_within` are within all of some shapes: few tell it mostly."""
+    """Return whether some of the points of `_share_within` are within all of some shapes."""
     if all(isinstance(each, Box | Slice) for each in shapes):
         return True
     points = bounds[0] + np.random.default_rng(0).random((POINTS, 3)) * (bounds[1] - bounds[0])
