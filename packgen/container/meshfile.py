@@ -104,22 +104,29 @@ def check_corners(path: Path, place: str, vertices: Float64Array, faces: Int64Ar
 
 
 def _load(path: Path) -> tuple[Float64Array, Int64Array]:
-    source: Any = str(path)
-    if path.suffix.lower() == ".stl":
-        source = _whole_stl(path)
+    if path.suffix.lower() == ".stl" and (found := _binary_stl(path)) is not None:
+        return found
     if path.suffix.lower() in TRIMESH_SUFFIXES:
         import trimesh
 
         kind = path.suffix.lower()[1:]
-        mesh: Any = trimesh.load_mesh(source, file_type=kind, process=False, maintain_order=True)
+        mesh: Any = trimesh.load_mesh(str(path), file_type=kind, process=False, maintain_order=True)
         return np.asarray(mesh.vertices, float).reshape(-1, 3), np.asarray(mesh.faces, np.int64).reshape(
             -1, 3
         )
     return _load_with_meshio(path)
 
 
-def _whole_stl(path: Path) -> str | io.BytesIO:
-    """Return an STL file up to the end of its triangles; ValueError where it is cut short."""
+FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""A facet of a binary STL file."""
+
+
+def _binary_stl(path: Path) -> tuple[Float64Array, Int64Array] | None:
+    """Return the triangles of a binary STL file, without a library that takes long to load; None of text.
+
+    Raises:
+        ValueError: The file, of either kind, is cut short.
+    """
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(84)
@@ -128,16 +135,15 @@ def _whole_stl(path: Path) -> str | io.BytesIO:
     if head.lstrip().lower().startswith(b"solid") and b"\0" not in head:
         if b"endsolid" not in tail.lower():
             raise ValueError("cut short: its text does not end with endsolid")
-        return str(path)
-    if len(head) == 84:
-        count = int.from_bytes(head[80:84], "little")
-        wanted = 84 + 50 * count
-        if wanted > size:
-            raise ValueError(f"cut short: {count} triangles announced need {wanted} bytes, found {size}")
-        if wanted < size:
-            with path.open("rb") as file:
-                return io.BytesIO(file.read(wanted))
-    return str(path)
+        return None
+    if len(head) < 84:
+        return None
+    count = int.from_bytes(head[80:84], "little")
+    wanted = 84 + FACET.itemsize * count
+    if wanted > size:
+        raise ValueError(f"cut short: {count} triangles announced need {wanted} bytes, found {size}")
+    corners = np.fromfile(path, FACET, count, offset=84)["corners"]
+    return corners.reshape(-1, 3).astype(np.float64), np.arange(3 * count, dtype=np.int64).reshape(-1, 3)
 
 
 def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
