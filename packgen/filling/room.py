@@ -61,12 +61,15 @@ def room_of(container: Container, own: Locations, radius_min: float, radius_max:
             f"{place}: found {width:.4g} m along {axis} within the container, but not one sphere of it fits "
             f"(smallest radius {radius_min:.4g} m); expected a wider zone or smaller spheres"
         )
-    if not _meet([container.shape, *own], bounds):
+    sliced = isinstance(container.shape, Mesh) and len(own) == 1 and isinstance(own[0], Slice)
+    if not (volume_of(container, own) > 0.0 if sliced else _meet([container.shape, *own], bounds)):
         raise GeometryError(
             f"{place}: lies outside the container, although their bounding boxes meet: found no point within "
             "both; expected a zone inside it; move it"
         )
-    reach = [_widened(each, radius_max) for each in own]
+    reach = tuple(_widened(each, radius_max) for each in own)
+    if sliced:
+        return volume_of(container, reach)
     bounds = _common_bounds(container, reach)
     share = _share_within([container.shape, *reach], bounds)
     error = SIGMAS * np.sqrt(share * (1.0 - share) / POINTS) + (SIGMAS / POINTS if share < 1.0 else 0.0)
