@@ -21,7 +21,8 @@ from exporters.protocol import Outlook
 from exporters.shared import contact, deck, lammps_data, particulate
 from exporters.shared.clumps import clumps_of
 from exporters.walls import facets as walls
-from exporters.walls import lammps_regions as lammps_walls
+from exporters.walls import lammps_parts as lammps_walls
+from exporters.walls import parts as named
 from packgen.bed import AnyBed
 
 NAME = "lammps"
@@ -80,11 +81,15 @@ def deck_values(
     has_wall = walls.has_wall(bed)
     types = contact.number_types(bed, has_wall=has_wall)
     particulate.check_materials(solver, types.materials)
-    if has_wall:
-        lammps_walls.check_parts(bed.container, bed.wall_material)
-    regions, open_top = lammps_walls.wall_regions(bed.container) if has_wall else ((), False)
-    box = lammps_data.simulation_box(bed, open_top=open_top)
-    return types, box, _values(bed, types, box, options) | {"regions": regions}
+    room = (
+        lammps_walls.walls_of(bed.container, bed.wall_material) if has_wall else lammps_walls.Walls((), False)
+    )
+    box = lammps_data.simulation_box(
+        bed,
+        open_top=room.open_top,
+        walls=named.reach_of_motions(bed.container) if bed.container.parts else None,
+    )
+    return types, box, _values(bed, types, box, options) | _wall_values(bed, types, room)
 
 
 def check_outlook(outlook: Outlook, options: Options) -> None:
@@ -97,24 +102,20 @@ def check_outlook(outlook: Outlook, options: Options) -> None:
     deck.check_templates(options.templates)
     particulate.check_materials(NAME, outlook.materials, place=outlook.place)
     if walls.has_wall(outlook):
-        with outlook.placed("walls"):
-            lammps_walls.check_parts(outlook.container, outlook.wall_material)
-        with outlook.placed("container"):
-            lammps_walls.wall_regions(outlook.container)
+        with outlook.placed("walls" if outlook.container.parts else "container"):
+            lammps_walls.walls_of(outlook.container, outlook.wall_material)
 
 
 def _values(
     bed: AnyBed, types: contact.Types, box: lammps_data.Float64Array, options: Options
 ) -> dict[str, Any]:
-    """Return the values that the template places, except the regions."""
+    """Return the values that the template places, except those of the walls."""
     values = particulate.common_values(
         bed, types, timestep_fraction=options.timestep_fraction, steps=options.steps
     )
     radius_min, radius_max = values["radius_min"], values["radius_max"]
     ratio = radius_max / radius_min
     models = _models(bed, types)
-    wall = types.wall - 1
-    unlike = len({models[index][wall] for index in range(len(types.materials))}) > 1
     neighbors = max(NEIGHBORS_ONE, int((ratio + 2) ** 3))
     values |= lammps_data.box_values(bed, box)
     return values | {
@@ -129,10 +130,49 @@ def _values(
             for first in range(len(types.materials))
             for second in range(first, len(types.materials))
         ],
-        "wall_models": [
-            {"type": index + 1, "model": models[index][wall]}
+    }
+
+
+def _wall_values(bed: AnyBed, types: contact.Types, room: lammps_walls.Walls) -> dict[str, Any]:
+    """Return the values of the walls and of their parts that the template places."""
+    models = _models(bed, types)
+
+    def fixes(label: str, wall: int) -> list[dict[str, Any]]:
+        unlike = len({models[index][wall - 1] for index in range(len(types.materials))}) > 1
+        return [
+            {
+                "name": f"{label}_{index + 1}",
+                "group": f"type_{index + 1}" if unlike else "all",
+                "model": models[index][wall - 1],
+            }
             for index in range(len(types.materials) if unlike else 1)
-        ],
+        ]
+
+    parts: list[dict[str, Any]] = []
+    for each in room.blocks:
+        motion = each.part.motion
+        variables, moves = lammps_walls.motion_commands(motion, each.label) if motion else ((), "")
+        parts.append(
+            {
+                "name": each.part.name,
+                "region": f"part_{each.label}",
+                "shape": each.region,
+                "fixes": fixes(f"part_{each.label}", types.by_part[each.number]),
+                "remove": each.part.remove,
+                "variables": variables,
+                "moves": moves,
+            }
+        )
+    body = fixes("wall", types.wall) if room.commands else []
+    groups = {fix["group"] for fix in [*body, *(fix for part in parts for fix in part["fixes"])]} - {"all"}
+    return {
+        "regions": room.commands,
+        "wall_fixes": body,
+        "parts": parts,
+        "wall_groups": sorted(groups, key=lambda name: int(name.removeprefix("type_"))),
+        "removed": [*room.removed, *(part["name"] for part in parts if part["remove"])],
+        "opens": bool(room.removed),
+        "regions_left": room.commands_left,
     }
 
 

@@ -7,14 +7,20 @@ that two planes that are the same but for rounding would push twice: `convex_pla
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from packgen.errors import ExportError
-from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron
+from packgen.geometry import Ball, Box, Cone, Container, Mesh, Polyhedron, Surface
 
 SAME_NORMAL = 1.0e-4  # radians; planes closer than that, and at the same distance, are one wall
 SAME_OFFSET = 1.0e-5  # of the container's size
+NOT_CONVEX = (
+    "lammps: the container is not convex, and LAMMPS has no walls of triangles; export it for liggghts or"
+    " yade, or take `shape: convex_hull` if the hull will do"
+)
 PLANES_MAX = 3000  # LAMMPS tests each plane for each sphere: with more a deck is too slow to use
 
 Float64Array = NDArray[np.float64]
@@ -41,43 +47,11 @@ def wall_regions(container: Container) -> tuple[tuple[str, ...], bool]:
     if isinstance(shape, Cone):
         return (_cone_region(shape),), False
     if isinstance(shape, Polyhedron):
-        return _plane_regions(container, shape)
+        planes = planes_with_facets(shape, container.surface)
+        center = container.bounds.mean(axis=0)
+        return plane_commands("wall", planes.normal, planes.offset, center), planes.is_open
     assert isinstance(shape, Mesh)
-    raise ExportError(
-        "lammps: the container is not convex, and LAMMPS has no walls of triangles; export it for liggghts or"
-        " yade, or take `shape: convex_hull` if the hull will do"
-    )
-
-
-def check_parts(container: Container, wall_material: str) -> None:
-    """Refuse walls whose named parts LAMMPS cannot have: its region is one wall, and convex.
-
-    Args:
-        container: The container.
-        wall_material: Name of the material of the walls without a name.
-
-    Raises:
-        ExportError: A part makes the walls not convex, is to be removed, moves, or has a material of its own.
-    """
-    lines = []
-    for each in container.parts:
-        if isinstance(container.shape, Mesh):
-            why, remedy = "walls with it are not convex, and LAMMPS has no walls of triangles", ""
-        elif each.remove or each.motion is not None:
-            key = "remove" if each.remove else "move"
-            why, remedy = (
-                f"LAMMPS has one wall all round, and cannot {key} a part of it",
-                f"leave `{key}` out",
-            )
-        elif each.material != wall_material:
-            why = f"its material is {each.material}, and LAMMPS has one wall all round"
-            remedy = f"give it the material {wall_material}"
-        else:
-            continue
-        advice = f", or {remedy}" if remedy else ""
-        lines.append(f"lammps: wall {each.name}: {why}; export it for liggghts or yade{advice}")
-    if lines:
-        raise ExportError("\n".join(lines))
+    raise ExportError(NOT_CONVEX)
 
 
 def _cone_region(cone: Cone) -> str:
@@ -106,19 +80,64 @@ def _cone_region(cone: Cone) -> str:
     return f"region wall cone {'xyz'[along]} {across} {radii[0]!r} {radii[1]!r} {start!r} {end!r} side in"
 
 
-def _plane_regions(container: Container, shape: Polyhedron) -> tuple[tuple[str, ...], bool]:
+@dataclass(frozen=True, eq=False, slots=True)
+class Planes:
+    """The planes that hold the spheres of a convex container.
+
+    Attributes:
+        normal: Outward unit normals, shape (P, 3).
+        offset: Distances from the origin along them [m], shape (P,).
+        slack: How far off a plane its facets may be [m].
+        is_open: Whether the container is open at its top.
+    """
+
+    normal: Float64Array
+    offset: Float64Array
+    slack: float
+    is_open: bool
+
+
+def planes_with_facets(shape: Polyhedron, surface: Surface) -> Planes:
+    """Return the planes of a polyhedron that facets of a surface lie on: an open top has none."""
     normal, offset = convex_planes(shape)
-    there = _has_facets(container, normal, offset)
-    normal, offset = normal[there], offset[there]
+    slack = 10 * SAME_OFFSET * float(np.ptp(surface.vertices, axis=0).max())
+    there = on_planes(surface.vertices, surface.faces, Planes(normal, offset, slack, is_open=False))
+    return Planes(normal[there], offset[there], slack, is_open=not there.all())
+
+
+def on_planes(vertices: Float64Array, faces: NDArray[np.int64], planes: Planes) -> NDArray[np.bool_]:
+    """Return which planes facets (F, 3) lie on, shape (P,)."""
+    return np.array(
+        [
+            bool((np.abs(vertices @ each - distance) <= planes.slack)[faces].all(axis=1).any())
+            for each, distance in zip(planes.normal, planes.offset, strict=True)
+        ],
+        np.bool_,
+    )
+
+
+def plane_commands(
+    name: str, normal: Float64Array, offset: Float64Array, center: Float64Array
+) -> tuple[str, ...]:
+    """Return the commands that make a region of planes.
+
+    Args:
+        name: Its name.
+        normal: Outward unit normals, shape (P, 3).
+        offset: Distances from the origin along them [m], shape (P,).
+        center: The middle of the container [m], shape (3,).
+
+    Raises:
+        ExportError: There are too many planes.
+    """
     if len(offset) > PLANES_MAX:
         raise ExportError(
             f"lammps: the container has {len(offset)} planes, expected at most {PLANES_MAX}; export it for"
             " liggghts, or take a coarser mesh"
         )
     # The foot of the container's centre on each plane: numbers no larger than they have to be.
-    center = container.bounds.mean(axis=0)
     foot = center + (offset - normal @ center)[:, None] * normal
-    names = ["wall"] if len(offset) == 1 else [f"wall_{index}" for index in range(len(offset))]
+    names = [name] if len(offset) == 1 else [f"{name}_{index}" for index in range(len(offset))]
     lines = [
         f"region {name} plane {' '.join(map(repr, point))} {' '.join(map(repr, inward))} side in"
         for name, point, inward in zip(names, foot.tolist(), (-normal).tolist(), strict=True)
@@ -126,8 +145,8 @@ def _plane_regions(container: Container, shape: Polyhedron) -> tuple[tuple[str, 
     if len(names) > 1:
         # A line of input goes on after "&".
         parts = [" ".join(names[start : start + 10]) for start in range(0, len(names), 10)]
-        lines.append(f"region wall intersect {len(names)} " + " &\n    ".join(parts) + " side in")
-    return tuple(lines), not there.all()
+        lines.append(f"region {name} intersect {len(names)} " + " &\n    ".join(parts) + " side in")
+    return tuple(lines)
 
 
 def convex_planes(shape: Polyhedron) -> tuple[Float64Array, Float64Array]:
@@ -136,29 +155,28 @@ def convex_planes(shape: Polyhedron) -> tuple[Float64Array, Float64Array]:
     Returns:
         Outward unit normals (P, 3), and offsets [m] (P,); the innermost of equal planes.
     """
-    size = float(np.ptp(shape.surface.vertices, axis=0).max())
-    center = shape.surface.vertices.mean(axis=0)
-    distance = shape.offset - shape.normal @ center
+    return same_planes_once(shape.normal, shape.offset, shape.surface.vertices)
+
+
+def same_planes_once(
+    normal: Float64Array, offset: Float64Array, vertices: Float64Array
+) -> tuple[Float64Array, Float64Array]:
+    """Return planes, those that are the same but for rounding once, the innermost of them.
+
+    Args:
+        normal: Outward unit normals, shape (P, 3).
+        offset: Distances from the origin along them [m], shape (P,).
+        vertices: Corners of what they bound [m], shape (V, 3).
+    """
+    size = float(np.ptp(vertices, axis=0).max())
+    center = vertices.mean(axis=0)
+    distance = offset - normal @ center
     kept: list[int] = []
     for index in np.argsort(distance, kind="stable"):
-        same = (np.linalg.norm(shape.normal[kept] - shape.normal[index], axis=1) < SAME_NORMAL) & (
+        same = (np.linalg.norm(normal[kept] - normal[index], axis=1) < SAME_NORMAL) & (
             np.abs(distance[kept] - distance[index]) < SAME_OFFSET * size
         )
         if not same.any():
             kept.append(int(index))
     kept.sort()
-    return shape.normal[kept], shape.offset[kept]
-
-
-def _has_facets(
-    container: Container, normal: Float64Array, offset: Float64Array
-) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return which planes have facets of the surface on them: an open top has none."""
-    vertices, faces = container.surface.vertices, container.surface.faces
-    slack = 10 * SAME_OFFSET * float(np.ptp(vertices, axis=0).max())
-    return np.array(
-        [
-            bool((np.abs(vertices @ each - distance) <= slack)[faces].all(axis=1).any())
-            for each, distance in zip(normal, offset, strict=True)
-        ]
-    )
+    return normal[kept], offset[kept]

@@ -20,8 +20,9 @@ from packgen.container.crossings import spread_points
 from packgen.container.inner_wall import share_within
 from packgen.container.load import bounded_by, primitive_shape, told_vessel, vessel_shape
 from packgen.container.meshfile import read_surface
+from packgen.container.patches import read_named
 from packgen.container.shells import bodies, flipped, shell_of, stacked
-from packgen.container.solids import listed, read_solids
+from packgen.container.solids import NamedSurfaces, listed
 from packgen.container.stitching import SLACK
 from packgen.errors import GeometryError
 from packgen.geometry import Box, Container, Mesh, Shape, Surface, WallPart
@@ -106,17 +107,18 @@ def _read(
     spec: ContainerSpec, walls: Sequence[WallSpec], mark: Mark, warn: Warn
 ) -> tuple[Surface | None, list[Piece]]:
     """Return the container's own mesh without the solids that are parts, None for a primitive; the parts."""
-    solids: dict[str, Surface] = {}
+    inside: NamedSurfaces | None = None
     own: Surface | None = None
     if spec.path is not None and any(each.path is None for each in walls):
-        solids, mended = read_solids(spec.path, spec.scale, mark("container.path"))
-        own_names = [name for name in solids if name not in {each.name for each in walls if not each.path}]
+        wanted = [each.name for each in walls if each.path is None]
+        inside = read_named(spec.path, spec.scale, mark("container.path"), wanted)
+        own_names = [name for name in inside.surfaces if name not in wanted]
         if not own_names:
             raise GeometryError(
-                f"{mark('walls')}: all solids of {spec.path.name} are parts, expected one that is not"
+                f"{mark('walls')}: all surfaces of {spec.path.name} are parts, expected one that is not"
             )
-        own = stacked([solids[name] for name in own_names])
-        _say(spec.path.name, mended, warn)
+        own = stacked([inside.surfaces[name] for name in own_names])
+        _say(spec.path.name, inside.mended, warn)
     elif spec.path is not None:
         own, mended = read_surface(spec.path, spec.scale, mark("container.path"))
         _say(spec.path.name, mended, warn)
@@ -128,15 +130,26 @@ def _read(
                 each.path, each.scale, f"{mark(f'walls[{index}].path')}: {each.name}"
             )
             _say(each.path.name, mended, warn)
-        elif each.name in solids:
-            surface = solids[each.name]
         else:
-            raise GeometryError(
-                f"{place}: found no solid of that name, expected one of the container's file: "
-                f"{listed(list(solids))}; or give it a `path`"
-            )
+            surface = _named(inside, each.name, place)
         pieces.append(Piece(each.name, place, surface))
     return own, pieces
+
+
+def _named(inside: NamedSurfaces | None, name: str, place: str) -> Surface:
+    """Return a surface of the container's file.
+
+    Raises:
+        GeometryError: It has none of that name.
+    """
+    surfaces = inside.surfaces if inside is not None else {}
+    if name not in surfaces:
+        known = listed(inside.names if inside is not None else ())
+        raise GeometryError(
+            f"{place}: found no surface of that name, expected one of the container's file: {known}; or give "
+            "it a `path`"
+        )
+    return surfaces[name]
 
 
 def _say(name: str, sentences: Sequence[str], warn: Warn) -> None:
@@ -187,6 +200,7 @@ def _furnished(room: Room, inner: dict[int, Piece], up: Float64Array) -> Room:
                 closed += [body, flipped(body)]
             else:
                 outward = solid.closed if solid.volume > 0.0 else flipped(solid.closed)
+                _check_room_left(room, piece, outward)
                 share = share_within(outward, room.closed)
                 if share == 0.0 and not _within(room, spread_points(outward)).any():
                     raise _outside(piece, room)
@@ -198,6 +212,23 @@ def _furnished(room: Room, inner: dict[int, Piece], up: Float64Array) -> Room:
         owner.append(np.full(len(piece.surface.faces), number))
     return Room(
         Mesh(stacked(closed)), stacked(walls), room.closed, volume, stacked(known), np.concatenate(owner)
+    )
+
+
+def _check_room_left(room: Room, piece: Piece, body: Surface) -> None:
+    """Refuse a body that has all of a room within.
+
+    Raises:
+        GeometryError: It has.
+    """
+    from packgen.check.inside import inside
+
+    if not np.asarray(inside(body.vertices[body.faces], spread_points(room.closed))).all():
+        return
+    low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+    raise GeometryError(
+        f"{piece.place}: found a body around the container, from {_point(low)} to {_point(high)} m, expected "
+        "one within it that leaves room; are its `units` right?"
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,16 +16,28 @@ from packgen.geometry import Surface
 NAMED_MAX = 8  # names of solids that a message lists
 
 
-def read_solids(path: Path, scale: float, place: str) -> tuple[dict[str, Surface], tuple[str, ...]]:
+@dataclass(frozen=True, eq=False, slots=True)
+class NamedSurfaces:
+    """The surfaces of a file by name.
+
+    Attributes:
+        surfaces: In metres, by name; "" for what has none.
+        names: All names in the file.
+        mended: A sentence for each kind of fault that was mended.
+    """
+
+    surfaces: dict[str, Surface]
+    names: tuple[str, ...]
+    mended: tuple[str, ...]
+
+
+def read_solids(path: Path, scale: float, place: str) -> NamedSurfaces:
     """Read the solids of a text STL file, each as a surface; those of one name are one.
 
     Args:
         path: The file.
         scale: Metres a unit of the file.
         place: Where the scene names the file, for messages.
-
-    Returns:
-        (surfaces in metres by name, a sentence for each kind of fault that was mended).
 
     Raises:
         GeometryError: The file cannot be read, or has no solids by name.
@@ -33,8 +47,8 @@ def read_solids(path: Path, scale: float, place: str) -> tuple[dict[str, Surface
         head = file.read(512)
     if path.suffix.lower() != ".stl" or b"\0" in head or not head.lstrip().lower().startswith(b"solid"):
         raise GeometryError(
-            f"{place}: {path.name} has no solids by name, expected a text STL file that has; give each of "
-            "the `walls` a `path`"
+            f"{place}: {path.name} has no solids by name, expected a text STL file that has, or a mesh with "
+            "named groups such as gmsh's .msh; give each of the `walls` a `path`"
         )
     solids: dict[str, list[list[float]]] = {}
     corners: list[list[float]] = []
@@ -58,10 +72,10 @@ def read_solids(path: Path, scale: float, place: str) -> tuple[dict[str, Surface
         except GeometryError as error:
             raise GeometryError(f"{place}: {path.name}: solid {name or 'without a name'}: {error}") from error
         mended += [f"solid {name}: {sentence}" for sentence in said]
-    return surfaces, tuple(mended)
+    return NamedSurfaces(surfaces, tuple(surfaces), tuple(mended))
 
 
-def listed(names: list[str]) -> str:
+def listed(names: Sequence[str]) -> str:
     """Return the names of solids for a message."""
     known = [name for name in names if name]
     shown = ", ".join(known[:NAMED_MAX]) or "none with a name"

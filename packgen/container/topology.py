@@ -65,17 +65,25 @@ def capped(surface: Surface, rim: Rim) -> Surface:
     return Surface(vertices, np.concatenate([surface.faces, lid]))
 
 
+def _is_consistent(surface: Surface) -> bool:
+    """Return whether each edge of just two triangles is passed once in either direction."""
+    edges = surface.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    _, edge = unique_rows(np.sort(edges, axis=1))
+    upwards = np.bincount(edge, edges[:, 0] < edges[:, 1])
+    return bool((upwards[np.bincount(edge) == 2] == 1.0).all())
+
+
 def with_consistent_winding(surface: Surface) -> tuple[Surface, int]:
     """Return the surface with neighbouring triangles wound alike, and how many were turned.
 
     Raises:
         GeometryError: The surface has no consistent winding (a Moebius strip).
     """
+    if _is_consistent(surface):
+        return surface, 0
     import trimesh
 
     mesh = trimesh.Trimesh(surface.vertices, surface.faces.copy(), process=False)
-    if mesh.is_winding_consistent:
-        return surface, 0
     fix_winding: Any = trimesh.repair.fix_winding
     fix_winding(mesh)
     if not mesh.is_winding_consistent:

@@ -10,7 +10,9 @@ import numpy as np
 
 from packgen.arrange.registry import BUILTIN
 from packgen.arrange.traits import traits_of
+from packgen.arrays import Float64Array
 from packgen.container.load import load_location
+from packgen.distributions import UNIT_VOLUME
 from packgen.errors import GeometryError, PackingError
 from packgen.filling.clumps import has_clumps
 from packgen.filling.densest import Sizes, densest_ordered, densest_random, poured_fraction, together
@@ -132,21 +134,36 @@ class Amounts:
             f"radius_min = {zone.sizes.radius_min:.4g} m; {self._remark}"
         ]
 
-    def too_many_together(self) -> list[str]:
-        """Return a line where the zones fit one by one, but not together."""
+    def too_many_together(self, earlier: Float64Array | None = None) -> list[str]:
+        """Return a line where the zones fit one by one, but not together.
+
+        Args:
+            earlier: Radii of spheres that are there before [m], shape (N,); None: there are none.
+        """
         volume, width = self._container.volume, width_of(self._container)
         counted = [(zone, zone.count) for zone in self._zones if zone.count and not zone.free]
-        solid = sum(count * zone.mean_volume for zone, count in counted)
-        if self._fitted or solid <= EQUAL_SPHERES * volume:
+        solid = new = sum(count * zone.mean_volume for zone, count in counted)
+        if earlier is not None:
+            solid += float((UNIT_VOLUME * earlier**3).sum())
+        if self._fitted or not counted or solid <= EQUAL_SPHERES * volume:
             return []
         # One mixture or one above the other, whichever is denser.
         kinds = [
             together([(zone.sizes, count) for zone, count in counted]),
             *(zone.sizes for zone, _ in counted),
         ]
+        if earlier is not None:
+            old = Sizes(earlier, np.ones(len(earlier)), float(earlier.min()), float(earlier.max()))
+            kinds += [old, together([(kinds[0], sum(count for _, count in counted)), (old, len(earlier))])]
         densest = max(self._densest(volume, width, sizes) for sizes in kinds)
         if solid <= densest * volume:
             return []
+        if earlier is not None:
+            return [
+                f"{self._scene.named('zones')}: found {new:.4g} m3 of spheres beside {solid - new:.4g} m3 of "
+                f"start_from, expected at most {densest * volume:.4g} m3 together, {densest:.2f} of the "
+                f"container's {volume:.4g} m3; ask for fewer"
+            ]
         return [
             f"{self._scene.named('zones')}: found {solid:.4g} m3 of spheres in all of them together, "
             f"expected at most {densest * volume:.4g} m3, {densest:.2f} of the container's {volume:.4g} m3; "
@@ -246,6 +263,17 @@ def checked_locations(
     for line in amounts.suspicions(rooms):
         warn(line)
     return tuple(locations)
+
+
+def check_beside(scene: Scene, container: Container, radius: Float64Array) -> None:
+    """Refuse more spheres than ever fit beside those that are there before, of some radii [m], shape (N,).
+
+    Raises:
+        PackingError: The scene asks for more.
+    """
+    faults = Amounts(scene, container).too_many_together(radius)
+    if faults:
+        raise PackingError("\n".join(faults))
 
 
 def asked_of(zone: ZoneSpec, scene: Scene) -> Asked:

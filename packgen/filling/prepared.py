@@ -20,7 +20,7 @@ from packgen.filling.clumps import check_clumps, slenderness_of
 from packgen.filling.compacted import Aim, aim_of, falls, friction_of
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.earlier import Earlier, earlier_bed
-from packgen.filling.fit import checked_locations
+from packgen.filling.fit import check_beside, checked_locations
 from packgen.filling.periods import check_periods
 from packgen.filling.room import Locations
 from packgen.filling.softness import check_softness
@@ -127,7 +127,9 @@ def prepared(
     plain, aim = aim_of(scene, container, locations)
     earlier = earlier_bed(scene, container, tell)
     asked, wanted = densities(plain, container, locations)
-    for line in check_softness(scene, container, for_solver=for_solver):
+    if earlier is not None:
+        check_beside(scene, container, earlier.spheres.radius)
+    for line in check_softness(scene, container, earlier, for_solver=for_solver):
         tell(line)
     if aim is not None and (falling := falls(aim, friction_of(scene, scene.zones[0]))) is not None:
         tell(falling)

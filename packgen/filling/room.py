@@ -15,6 +15,7 @@ from packgen.geometry import Ball, Box, Cone, Container, Mesh, Shape, Slice
 Locations = tuple[Shape | Slice, ...]
 
 POINTS = 8192
+FEW = 64  # of them, that tell first
 SIGMAS = 4.0
 
 CELLS = 64
@@ -60,12 +61,15 @@ def room_of(container: Container, own: Locations, radius_min: float, radius_max:
             f"{place}: found {width:.4g} m along {axis} within the container, but not one sphere of it fits "
             f"(smallest radius {radius_min:.4g} m); expected a wider zone or smaller spheres"
         )
-    if _share_within([container.shape, *own], bounds) == 0.0:
+    sliced = isinstance(container.shape, Mesh) and len(own) == 1 and isinstance(own[0], Slice)
+    if not (volume_of(container, own) > 0.0 if sliced else _meet([container.shape, *own], bounds)):
         raise GeometryError(
             f"{place}: lies outside the container, although their bounding boxes meet: found no point within "
             "both; expected a zone inside it; move it"
         )
-    reach = [_widened(each, radius_max) for each in own]
+    reach = tuple(_widened(each, radius_max) for each in own)
+    if sliced:
+        return volume_of(container, reach)
     bounds = _common_bounds(container, reach)
     share = _share_within([container.shape, *reach], bounds)
     error = SIGMAS * np.sqrt(share * (1.0 - share) / POINTS) + (SIGMAS / POINTS if share < 1.0 else 0.0)
@@ -148,6 +152,15 @@ def _check_meeting(bounds: Float64Array, container: Container, own: Locations, p
         f"{place}: lies outside the container: found {least:.4g} to {most:.4g} m along {'xyz'[axis]}, the "
         f"container goes from {low:.4g} to {high:.4g} m; expected a zone inside it; move it"
     )
+
+
+def _meet(shapes: Sequence[Shape | Slice], bounds: Float64Array) -> bool:
+    """Return whether some of the points of `_share_within` are within all of some shapes."""
+    if all(isinstance(each, Box | Slice) for each in shapes):
+        return True
+    points = bounds[0] + np.random.default_rng(0).random((POINTS, 3)) * (bounds[1] - bounds[0])
+    parts = points[:FEW], points[FEW:]
+    return any(len(_points_within(shapes, part)) > 0 for part in parts)
 
 
 def _share_within(shapes: Sequence[Shape | Slice], bounds: Float64Array) -> float:

@@ -34,11 +34,13 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.bed import Material, pair_coefficient
+from packgen.distributions import UNIT_VOLUME
 from packgen.errors import SceneError
 from packgen.geometry import Box, Container, floor_direction
 from packgen.supply.shares import expected_count, mean_weights, number_shares
 
 if TYPE_CHECKING:
+    from packgen.filling.earlier import Earlier
     from packgen.scene import Scene
     from packgen.scene.models import ZoneSpec
 
@@ -77,18 +79,21 @@ class Softness:
         return float(STRONG_FORCE ** (2 / 3)) * self.overlap
 
 
-def check_softness(scene: Scene, container: Container, *, for_solver: bool) -> list[str]:
+def check_softness(
+    scene: Scene, container: Container, earlier: Earlier | None = None, *, for_solver: bool
+) -> list[str]:
     """Return a warning where the bed's weight presses spheres deep into each other; none where it does not.
 
     Args:
         scene: The scene.
         container: Its container.
+        earlier: The bed that it goes on from; None: there is none.
         for_solver: Whether a deck is written: without one, only a modulus that the scene states counts.
 
     Raises:
         SceneError: They would pass through each other, and the scene does not say ``allow_soft``.
     """
-    found = softness(scene, container)
+    found = softness(scene, container, earlier)
     if found is None or found.overlap < OVERLAP_WARNING:
         return []
     location = ("materials", found.material, "youngs_modulus")
@@ -108,16 +113,22 @@ def check_softness(scene: Scene, container: Container, *, for_solver: bool) -> l
     raise SceneError([f"{line}, and solvers lose some; raise it, or say `allow_soft: true` in the material"])
 
 
-def softness(scene: Scene, container: Container) -> Softness | None:
-    """Return the load on the spheres at the foot of a scene's bed; None where it has no foot."""
+def softness(scene: Scene, container: Container, earlier: Earlier | None = None) -> Softness | None:
+    """Return the load on the spheres at the foot of a scene's bed; None where it has no foot.
+
+    Args:
+        scene: The scene.
+        container: Its container.
+        earlier: The bed that it goes on from, whose weight counts; None: there is none.
+    """
     gravity = np.asarray(scene.gravity_direction, float)
     down = floor_direction(gravity, container.periodic)
-    solid, mass = _amounts(scene, container)
+    solid, mass = _amounts(scene, container, earlier)
     if down is None or not solid > 0.0:
         return None
     height, area = _filled(container, down, solid / SOLID_FRACTION)
     weight = SOLID_FRACTION * mass / solid * scene.gravity * float(down @ gravity)
-    used = _used(scene)
+    used = _used(scene, earlier)
     wall = next(each for each in scene.materials if each.name == scene.wall_material)
     stress = _janssen(weight, height, _width(container, down, area), used, wall)
     first, second, at_wall = max(_contacts(used, wall), key=lambda each: _compliance(*each))
@@ -143,19 +154,24 @@ def _compliance(first: Material, second: Material, at_wall: bool) -> float:
     return 4 * math.pi / (SOLID_FRACTION * CONTACTS) / (4 / 3 * modulus * math.sqrt(0.5))
 
 
-def _used(scene: Scene) -> list[Material]:
-    """Return the materials of the sets that some zone uses."""
+def _used(scene: Scene, earlier: Earlier | None) -> list[Material]:
+    """Return the scene's materials of the sets that some zone, or the bed before, uses."""
     names = {
         each.material
         for index, each in enumerate(scene.particle_sets)
         if any(zone.set_proportions[index] > 0.0 for zone in scene.zones)
     }
+    if earlier is not None:
+        names |= {
+            earlier.scene.particle_sets[index].material for index in np.unique(earlier.spheres.set_index)
+        }
     return [each for each in scene.materials if each.name in names]
 
 
-def _amounts(scene: Scene, container: Container) -> tuple[float, float]:
+def _amounts(scene: Scene, container: Container, earlier: Earlier | None) -> tuple[float, float]:
     """Return solid volume [m3] and mass [kg] of the bed, at most what the container holds."""
-    room = SOLID_FRACTION * container.volume
+    before, heavy_before = (0.0, 0.0) if earlier is None else _amounts_before(earlier)
+    room = max(SOLID_FRACTION * container.volume - before, 0.0)
     solid = mass = 0.0
     for zone in scene.zones:
         share = number_shares(zone, scene.particle_sets)
@@ -165,7 +181,14 @@ def _amounts(scene: Scene, container: Container) -> tuple[float, float]:
         volume = SOLID_FRACTION * _zone_room(scene, container, zone) if count is None else count * one
         solid, mass = solid + volume, mass + volume * heavy / one
     part = min(1.0, room / solid) if solid > 0.0 else 0.0
-    return part * solid, part * mass
+    return before + part * solid, heavy_before + part * mass
+
+
+def _amounts_before(earlier: Earlier) -> tuple[float, float]:
+    """Return solid volume [m3] and mass [kg] of the bed that a scene goes on from."""
+    volume = UNIT_VOLUME * earlier.spheres.radius**3
+    density = np.array([each.density for each in earlier.scene.particle_sets])
+    return float(volume.sum()), float((volume * density[earlier.spheres.set_index]).sum())
 
 
 def _zone_room(scene: Scene, container: Container, zone: ZoneSpec) -> float:

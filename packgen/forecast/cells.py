@@ -115,8 +115,10 @@ class Cells:
         """Return which of some cells, shape (nu, nv, nz), belong to a shape."""
         found = np.zeros(among.size, dtype=bool)
         asked = np.flatnonzero(among)
-        for first in range(0, len(asked), CHUNK):
-            chunk = asked[first : first + CHUNK]
+        # A mesh is prepared anew each time; planes are held for all cells at once.
+        step = max(len(asked), 1) if isinstance(shape, Mesh) else CHUNK
+        for first in range(0, len(asked), step):
+            chunk = asked[first : first + step]
             found[chunk] = within(shape, self._points[chunk])
         return found.reshape(among.shape)
 

@@ -23,7 +23,7 @@ from packgen.filling.compacted import aim_of, falls, friction_of
 from packgen.filling.densest import Sizes, together
 from packgen.filling.densities import Density, densities, gap_of
 from packgen.filling.earlier import Earlier, earlier_bed
-from packgen.filling.fit import asked_of, checked_locations
+from packgen.filling.fit import asked_of, check_beside, checked_locations
 from packgen.filling.periods import check_periods
 from packgen.filling.remarks import remarks_of_amounts
 from packgen.filling.room import Locations, volume_of
@@ -138,13 +138,15 @@ def forecast(
     locations = checked_locations(scene, container, tell)
     plain, aim = aim_of(scene, container, locations)
     asked, wanted = densities(plain, container, locations)
-    for line in check_softness(scene, container, for_solver=for_solver):
+    earlier = earlier_bed(scene, container, tell)
+    if earlier is not None:
+        check_beside(scene, container, earlier.spheres.radius)
+    for line in check_softness(scene, container, earlier, for_solver=for_solver):
         tell(line)
     reach = max(
         float(gap_of(zone).half(np.array(asked_of(zone, asked).sizes.radius_max))) for zone in asked.zones
     )
     check_periods(scene, container, reach)
-    earlier = earlier_bed(scene, container, tell)
     zones = [_with_voids(scene, container, zone) for zone in _zones(asked, locations, wanted)]
     if aim is not None:
         zones = [replace(zone, core=aim.first) for zone in zones]

@@ -111,7 +111,11 @@ def read_columns(
         )
     found = {each.name: np.ascontiguousarray(table[:, place]) for place, each in enumerate(columns)}
     cut = len(_last(rows)) < width
-    if cut or not all(RULES[each.rule](found[each.name]).all() for each in columns):
+    if (
+        cut
+        or _has_longer_rows(rows, len(table))
+        or not all(RULES[each.rule](found[each.name]).all() for each in columns)
+    ):
         raise _faults(rows, columns, width, "")
     if count is not None and len(table) != count:
         raise fault(
@@ -119,6 +123,20 @@ def read_columns(
             f"the {count:,} that the file announces", remedy="is the file complete?",
         )  # fmt: skip
     return found
+
+
+def _has_longer_rows(rows: Rows, count: int) -> bool:
+    """Return whether some of so many rows have more values than the first: numpy passes over these.
+
+    Values are counted without making them. Comments would count as values: files with them are not looked at.
+    """
+    if "#" in rows.text:
+        return False
+    width = len(rows.first())
+    if rows.separator is not None:
+        return rows.text.count(rows.separator) > count * (width - 1)
+    blank = np.frombuffer(b" " + rows.text.encode("ascii", "replace"), np.uint8) <= ord(" ")
+    return int(np.count_nonzero(blank[:-1] & ~blank[1:])) > count * width
 
 
 def digits_of(rows: Rows, columns: Sequence[Column]) -> int:
@@ -147,6 +165,7 @@ def _last(rows: Rows) -> list[str]:
 def _faults(rows: Rows, columns: Sequence[Column], width: int, reason: str) -> Exception:
     """Return the faults of rows that cannot be read, found line by line."""
     faults = Faults(rows.path)
+    longest = max(width, len(rows.first()))
     for number, line in enumerate(io.StringIO(rows.text), start=rows.line):
         cells = rows.cells(line)
         if not cells:
@@ -156,6 +175,9 @@ def _faults(rows: Rows, columns: Sequence[Column], width: int, reason: str) -> E
             faults.add(
                 _many(len(cells), "value"), wanted if len(columns) == width else str(width), place=number
             )
+            continue
+        if len(cells) > longest and "#" not in rows.text:
+            faults.add(_many(len(cells), "value"), f"{longest}, as in the first row", place=number)
             continue
         for each in columns:
             if not _holds(cells[each.place], each.rule):

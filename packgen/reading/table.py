@@ -78,6 +78,8 @@ def read_table(text: Text, units: str | None = None) -> SphereFile:
     refuse_named_units(text.path, _named_units(names), units, line)
     names = [_regular(each) for each in names]
     columns = _columns(text, names, line)
+    if len(cells) > len(names) and any(cells[len(names) :]):  # as where rows have names and their column none
+        raise fault(text.path, f"{len(cells)} values", f"{len(names)}: {', '.join(names)}", place=rows.line)
     found = read_columns(rows, columns, width=len(names))
     return from_columns(text.path, KIND, found, digits=digits_of(rows, columns[:3]))
 

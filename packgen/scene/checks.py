@@ -136,7 +136,7 @@ def _walls(data: dict[str, Any]) -> list[Fault]:
         if isinstance(name, str) and name in seen:
             faults.append(Fault(("walls", index, "name"), name, "a name that no other wall has"))
         if each.get("path") is None and container.get("path") is None and container:
-            expected = "this key and a mesh file: only a container with a `path` has solids by name"
+            expected = "this key and a mesh file: only a container with a `path` has parts by name"
             faults.append(Fault(("walls", index, "path"), Said("nothing"), expected, at_key=True))
         seen.add(name if isinstance(name, str) else "")
     return faults

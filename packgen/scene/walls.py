@@ -151,7 +151,8 @@ class WallSpec(Keys):
 
     Attributes:
         name: Its name.
-        path: A triangle mesh; null: the solid of that name in the container's STL file.
+        path: A triangle mesh; null: the solid or group of facets of that name in
+            the container's file.
         units: Unit of the mesh's coordinates.
         material: Name of its material; null: that of the walls.
         remove: Whether the solver's run takes it away, after as many steps as it has.

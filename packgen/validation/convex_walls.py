@@ -112,7 +112,9 @@ def wall_contacts(bed: Bed) -> WallContacts:
         return _chosen(bed, [(inwards, shape.radius - distance, curvature)])
     if isinstance(shape, Cone):
         return _chosen(bed, _cone_walls(shape, position))
-    raise SolverError("the container is not convex: the forces of its walls cannot be told from the sum")
+    raise SolverError(
+        "the walls are not convex, and their forces cannot be told from the sum; judge by liggghts or yade"
+    )
 
 
 Wall = tuple[Float64Array, Float64Array, Float64Array]

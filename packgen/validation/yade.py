@@ -26,7 +26,7 @@ from packgen.validation.still import CALM_TIMES, LOOKS, free_fall_time, speed_un
 
 NAME = "yade"
 BUDGET_SHARE = 0.02
-SPHERES_LEAST = 250  # a smaller bed counts for as many: what a step costs beside its spheres
+SPHERES_LEAST = 150  # a smaller bed counts for as many: what a step costs beside its spheres
 SAMPLES = 50  # of the kinetic energy
 START_SECONDS = 600.0
 SPHERE_STEPS_A_SECOND = 2.0e3  # far below any machine's; slower than that is a hang

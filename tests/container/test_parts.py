@@ -148,7 +148,7 @@ def test_the_solids_of_a_text_stl_are_parts_by_name(tmp_path):
     assert [(each.name, each.remove, len(each.faces)) for each in container.parts] == [("outlet", True, 48)]
     with pytest.raises(
         GeometryError,
-        match=r"walls\[0\] \(lid\): found no solid of that name, expected one of .*: body, outlet",
+        match=r"walls\[0\] \(lid\): found no surface of that name, expected one of .*: body, outlet",
     ):
         read_scene(tmp_path, {"path": "silo.stl"}, constant(0.05), walls=[{"name": "lid"}])
 
@@ -165,9 +165,13 @@ def test_a_binary_stl_has_no_solids_by_name(tmp_path):
     [
         (gate(x=9.0), "walls[0] (it): found a wall outside of the container, from (9, 0, 0) to (9, 2, 2) m"),
         (block([5, 0, 0], [6, 1, 1]), "found a wall outside of the container, from (5, 0, 0) to (6, 1, 1) m"),
+        (
+            block([-500, -500, -500], [900, 700, 700]),
+            "found a body around the container, from (-500, -500, -500) to (900, 700, 700) m",
+        ),
         (sheet((0, 0, 0), (4, 0, 0), (4, 2, 0), (0, 2, 0)), "found a wall that lies on the container's own"),
     ],
-    ids=["sheet", "body", "on the wall"],
+    ids=["sheet", "body", "around", "on the wall"],
 )
 def test_a_part_that_is_nowhere_in_the_room_is_refused(tmp_path, mesh, words):
     text = refusal(tmp_path, BOX, {"it": (mesh, {})})

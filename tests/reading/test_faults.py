@@ -31,6 +31,9 @@ FAULTS = {
         "x y z r mass\n1 2 3 4 5\n1 2 4 5\n1 2 3 4 5\n",
         r":3: found 4 values, expected 5",
     ),
+    "longer row": ("x,y,z,r\n1,2,3,4\n1,2,3,4,5\n", r":3: found 5 values, expected 4, as in the first row"),
+    "longer row among blanks": ("1 2 3 4\n 1 2 3\t4 5\n", r":2: found 5 values, expected 4, as in"),
+    "more values than names": ("x y z r\n1 0.5 2 3 4\n", r":2: found 5 values, expected 4: x, y, z, radius"),
     "three columns": ("1 2 3\n", r":1: found 3 columns without names, expected x y z radius, or the names"),
     "no radius": (
         "x,y,z,mass\n1,2,3,4\n",

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from packgen.arrange.collective.plan import LayerPlan
-from packgen.arrange.projection.recipe import Recipe
+if TYPE_CHECKING:
+    from packgen.arrange.collective.plan import LayerPlan
+    from packgen.arrange.projection.recipe import Recipe
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +30,8 @@ class Compaction:
 
     def recipe(self, tolerance: float | None, tube_width: float | None) -> Recipe:
         """Return the recipe of such a bed; see ``Recipe.slowed``."""
+        from packgen.arrange.projection.recipe import Recipe
+
         recipe = Recipe.slowed(self.slower, tolerance, tube_width)
         return replace(recipe, friction=self.friction, grip=self.grip)
 

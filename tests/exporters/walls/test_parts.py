@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -57,6 +58,11 @@ def liggghts_deck(bed, folder):
 def yade_deck(bed, folder):
     yade.write(bed, folder, yade.Options(steps=100))
     return (folder / "bed.py").read_text()
+
+
+def lammps_deck(bed, folder):
+    lammps.write(bed, folder, lammps.Options(steps=100))
+    return (folder / "in.bed").read_text()
 
 
 def corners_in(path):
@@ -158,11 +164,37 @@ def test_yades_decks_are_python(tmp_path, motion):
     compile(yade_deck(bed_of(gated(motion=motion)), tmp_path), "bed.py", "exec")
 
 
-def test_lammps_refuses_parts_by_name(tmp_path):
+def test_in_lammps_a_rectangle_is_a_block_without_thickness_of_its_own_material(tmp_path):
+    deck = lammps_deck(bed_of(gated(material="rubber")), tmp_path)
+    assert "region part_gate_1 block 0.1 0.1 0.0 0.1 0.0 0.2 side out" in deck
+    (wall,) = re.findall(r"^fix wall_1 .* granular (.*) region wall$", deck, re.MULTILINE)
+    (part,) = re.findall(r"^fix part_gate_1_1 .* granular (.*) region part_gate_1$", deck, re.MULTILINE)
+    assert wall != part
+    assert deck.count(" plane ") == 6
+
+
+def test_in_lammps_a_part_moves_behind_the_end_of_the_set_up_and_goes_after_the_run(tmp_path):
+    deck = lammps_deck(bed_of(gated(motion=TURN, remove=True)), tmp_path)
+    before, _, after = deck.partition("jump SELF setup_end")
+    assert "rotate v_" not in before
+    assert "variable turn_gate_1 equal 2.0*PI*step*dt/0.5" in after
+    assert "side out rotate v_turn_gate_1 0.1 0.0 0.1 0.0 1.0 0.0" in after
+    removed = after.rindex('"unfix part_gate_1_1"')
+    assert after.index("run ${steps}") < removed < after.index('"run ${steps_open}"')
+    swings = lammps_deck(bed_of(gated(motion=Vibration(np.array([0.01, 0, 0]), 0.2))), tmp_path)
+    assert "side out move v_x_gate_1 NULL NULL" in swings
+    assert "variable x_gate_1 equal 0.01*sin(2.0*PI*step*dt/0.2)" in swings
+
+
+def test_lammps_refuses_parts_that_no_region_is_by_name(tmp_path):
+    tilted = gated()
+    vertices = tilted.surface.vertices.copy()
+    vertices[-2:, 0] += 0.05
+    askew = replace(tilted, surface=Surface(vertices, tilted.surface.faces))
     with pytest.raises(
         ExportError, match=r"lammps: wall gate\.1: walls with it are not convex, .*; export it for liggghts"
     ):
-        lammps.write(bed_of(gated()), tmp_path, lammps.Options())
+        lammps.write(bed_of(askew), tmp_path, lammps.Options())
 
 
 def convex(**keys):
@@ -177,10 +209,6 @@ def convex(**keys):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        (
-            {"remove": True},
-            "cannot remove a part of it; export it for liggghts or yade, or leave `remove` out",
-        ),
         ({"motion": TURN}, "cannot move a part of it; export it for liggghts or yade, or leave `move` out"),
         ({"material": "rubber"}, "its material is rubber, .* or give it the material ore"),
     ],
@@ -189,6 +217,30 @@ def test_lammps_takes_parts_of_a_convex_container_that_are_like_the_rest(tmp_pat
     lammps.write(bed_of(convex()), tmp_path, lammps.Options())
     with pytest.raises(ExportError, match=f"lammps: wall floor: .*{words}"):
         lammps.write(bed_of(convex(**keys)), tmp_path, lammps.Options())
+
+
+def test_lammps_removes_a_plane_that_a_part_has_to_itself(tmp_path):
+    deck = lammps_deck(bed_of(convex(remove=True)), tmp_path)
+    assert "region wall_left intersect 5 " in deck
+    assert deck.index("run ${steps}") < deck.index('"unfix wall_1"') < deck.index('region wall_left" &')
+    half = convex(remove=True, faces=np.array([0]))
+    with pytest.raises(ExportError, match=r"wall floor: it is a part of a flat wall, and LAMMPS has no wall"):
+        lammps.write(bed_of(half), tmp_path, lammps.Options())
+
+
+def test_lammps_refuses_an_opening_that_walls_lean_over(tmp_path):
+    surface = box_surface(LOW, HIGH)
+    vertices = surface.vertices.copy()
+    top = vertices[:, 2] > 0.1
+    vertices[top, 0] = np.where(vertices[top, 0] > 0.1, 0.5, -0.1)
+    surface = Surface(vertices, surface.faces)
+    along, down = np.array([0.2, 0.1]) / np.hypot(0.1, 0.2)
+    sides = [[along, 0, -down], [-along, 0, -down], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+    offset = np.array([0.4 * along, 0.0, 0.1, 0.0, 0.2, 0.0])
+    shape = Polyhedron(np.array(sides), offset, surface)
+    funnel = replace(convex(remove=True), shape=shape, surface=surface)
+    with pytest.raises(ExportError, match=r"wall floor: LAMMPS' walls beside it would .* lean over it"):
+        lammps.write(bed_of(funnel), tmp_path, lammps.Options())
 
 
 def test_a_floor_that_is_removed_is_no_endless_plane_in_yade(tmp_path):
@@ -207,6 +259,7 @@ def sense(request):
 def run(program, folder, *arguments):
     commands = {
         "liggghts": ["stdbuf", "-oL", "liggghts", "-in", "in.bed", "-log", "none", *arguments],
+        "lmp": ["lmp", "-in", "in.bed", "-log", "none", *arguments],
         "yade": ["yade", "-n", "-x", "-j1", "bed.py", *arguments],
     }
     done = subprocess.run(
@@ -226,7 +279,7 @@ def end_of(program, folder, step):
     """Positions at the end of a run [m], in the order of the bed."""
     if program == "yade":
         return np.loadtxt(folder / "post/bed_end.txt", ndmin=2)[:, :3]
-    rows = (folder / f"post/bed_{step}.dump").read_text().split("radius \n")[1].splitlines()
+    rows = re.split(r"radius ?\n", (folder / f"post/bed_{step}.dump").read_text())[1].splitlines()
     table = np.array([row.split() for row in rows], float)
     return table[np.argsort(table[:, 0])][:, 2:5]
 
@@ -240,7 +293,7 @@ PROGRAMS = [
             pytest.mark.skipif(not shutil.which(name), reason=f"no {name}"),
         ],
     )
-    for name in ("liggghts", "yade")
+    for name in ("liggghts", "lmp", "yade")
 ]
 
 
@@ -251,7 +304,8 @@ def moved(program, folder, container, position, steps, more=0):
         yade.write(bed, folder, yade.Options())
         run(program, folder, str(steps), str(more))
     else:
-        liggghts.write(bed, folder, liggghts.Options())
+        writer = {"liggghts": liggghts, "lmp": lammps}[program]
+        writer.write(bed, folder, writer.Options())
         variables = {"steps": steps, "dump_every": steps, "steps_open": more}
         listed = [word for name, value in variables.items() for word in ("-var", name, str(value))]
         run(program, folder, *(listed if container.parts[0].remove else listed[:-3]))
@@ -298,7 +352,7 @@ def test_liggghts_runs_on_when_a_part_has_left_the_box(tmp_path):
     assert at[2] == pytest.approx(0.01, abs=1e-4)
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("program", [each for each in PROGRAMS if each.values != ("lmp",)])
 def test_forces_of_parts_in_solvers_follow_their_materials(tmp_path, program):
     spheres = [(0.10995, 0.05, 0.05), (0.38, 0.05, 0.00995)]
     bed = bed_of(gated(material="rubber"), spheres)
