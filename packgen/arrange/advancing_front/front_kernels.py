@@ -20,6 +20,9 @@ BEST = 3
 PLACES_OF_ONE = 8
 """Places that a sphere keeps where each of its radii is another one."""
 
+WAITING_FEW = 32
+"""Draws that wait while new ones are still tried: were there more and more, a bed would end without them."""
+
 SPHERES, DRAWS, LINE_FIRST, LINE_END, PLACES, SPARE = 0, 1, 2, 3, 4, 5
 """Counters: spheres there are; the next draw; first and last of the queue; places kept; rows to spare."""
 
@@ -191,7 +194,8 @@ def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
     tries, success = 0, False
     last = np.inf
     for number in range(rule.tries):
-        draw = _next_draw(front, number == 0)
+        waiting = front.counter[LINE_END] - front.counter[LINE_FIRST]
+        draw = _next_draw(front, number == 0 or waiting > WAITING_FEW)
         if draw < 0:
             front.hungry[s] = True
             break

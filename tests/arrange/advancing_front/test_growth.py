@@ -80,3 +80,12 @@ def test_the_front_places_one_sphere_after_the_other_until_draws_end():
     held = growth.front.held[: growth.count]
     waiting = set(growth.waiting.tolist()) | set(held[held >= 0].tolist())
     assert set(placed.tolist()) | waiting == set(range(len(radius) - growth.draws_left))
+
+
+def test_few_draws_wait_however_many_spheres_are_placed():
+    radius = np.random.default_rng(2).uniform(0.5, 1.0, 1600)
+    growth = growth_of([[-9.0, -9.0, -9.0, 1.0]], radius, borne=True)
+    growth.provide(np.array([0]))
+    assert growth.advance(lambda _: None, 300)
+    assert growth.count > 1100
+    assert len(growth.waiting) <= 40
