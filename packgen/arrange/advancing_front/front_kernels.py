@@ -23,6 +23,12 @@ PLACES_OF_ONE = 8
 WAITING_FEW = 32
 """Draws that wait while new ones are still tried: were there more and more, a bed would end without them."""
 
+LOOKED_AT = 16
+"""Draws that wait among which a sphere looks for one smaller than those that it had no place for."""
+
+NONE_LEFT, NONE_FITS = -1, -2
+"""Why a sphere has no draw to try: there is none, or all are too large."""
+
 SPHERES, DRAWS, LINE_FIRST, LINE_END, PLACES, SPARE = 0, 1, 2, 3, 4, 5
 """Counters: spheres there are; the next draw; first and last of the queue; places kept; rows to spare."""
 
@@ -44,6 +50,7 @@ class Front(NamedTuple):
         stamp: How often each has changed it, shape (capacity,), int32.
         open_places: How many places it keeps for it, shape (capacity,), int32.
         hungry: Whether it has none because there were no draws, shape (capacity,).
+        closed: Least radius that found no place at it [m]: larger ones are not tried, shape (capacity,).
         key: Heap of places: what is least at the best one [m], shape (P,).
         row: Heap of places: their rows below, shape (P,), int64.
         spare: Rows that are free, shape (P,), int64.
@@ -61,6 +68,7 @@ class Front(NamedTuple):
     stamp: NDArray[np.int32]
     open_places: NDArray[np.int32]
     hungry: NDArray[np.bool_]
+    closed: NDArray[np.float64]
     key: NDArray[np.float64]
     row: NDArray[np.int64]
     spare: NDArray[np.int64]
@@ -162,11 +170,10 @@ def _best_first(found: NDArray[np.float64], count: int, wanted: int) -> int:
 
 
 @inner_loop
-def _next_draw(front: Front, waiting_first: bool) -> int:
+def _next_draw(front: Front) -> int:
     """Take a draw: of those that wait the first, or the next one; -1 where there is none."""
     counter = front.counter
-    waits = counter[LINE_FIRST] < counter[LINE_END]
-    if waits and (waiting_first or counter[DRAWS] >= len(front.draw)):
+    if counter[LINE_FIRST] < counter[LINE_END]:
         counter[LINE_FIRST] += 1
         return int(front.line[(counter[LINE_FIRST] - 1) % len(front.line)])
     if counter[DRAWS] < len(front.draw):
@@ -183,6 +190,36 @@ def _wait(front: Front, draw: int) -> None:
 
 
 @inner_loop
+def _fitting_draw(front: Front, limit: float) -> int:
+    """Take a draw smaller than a limit [m]: of those that wait the first one, or the next one.
+
+    Returns:
+        The draw, NONE_LEFT or NONE_FITS.
+    """
+    counter, line = front.counter, front.line
+    first, size = counter[LINE_FIRST], len(front.line)
+    waiting = counter[LINE_END] - first
+    for k in range(min(waiting, LOOKED_AT)):
+        draw = line[(first + k) % size]
+        if front.draw[draw] < limit:
+            for m in range(k, 0, -1):
+                line[(first + m) % size] = line[(first + m - 1) % size]
+            counter[LINE_FIRST] += 1
+            return int(draw)
+    exhausted = counter[DRAWS] >= len(front.draw)
+    if waiting > WAITING_FEW or (exhausted and waiting > 0):
+        return NONE_FITS
+    if exhausted:
+        return NONE_LEFT
+    draw = counter[DRAWS]
+    counter[DRAWS] += 1
+    if front.draw[draw] < limit:
+        return int(draw)
+    _wait(front, draw)
+    return NONE_FITS
+
+
+@inner_loop
 def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
     """Let a sphere hold the next radius ready and keep the places for it; tell whether it has any."""
     if rule.equal:
@@ -190,31 +227,20 @@ def provide(bed: Bed, front: Front, rule: Rule, s: int) -> bool:
         count = places_at(bed, s, radius, rule.aim, rule.borne, rule.bench, rule.found)
         keep_places(front, s, radius, rule.found, max(count, 0))
         return bool(count > 0)
-    tried = np.empty(rule.tries, np.int64)
-    tries, success = 0, False
-    last = np.inf
-    for number in range(rule.tries):
-        waiting = front.counter[LINE_END] - front.counter[LINE_FIRST]
-        draw = _next_draw(front, number == 0 or waiting > WAITING_FEW)
+    for _ in range(rule.tries):
+        draw = _fitting_draw(front, front.closed[s])
         if draw < 0:
-            front.hungry[s] = True
-            break
+            front.hungry[s] = draw == NONE_LEFT
+            return False
         radius = front.draw[draw]
-        count = 0
-        if radius < last:
-            count = places_at(bed, s, radius, rule.aim, rule.borne, rule.bench, rule.found)
+        count = places_at(bed, s, radius, rule.aim, rule.borne, rule.bench, rule.found)
         if count > 0:
-            count = _best_first(rule.found, count, PLACES_OF_ONE)
             front.held[s] = draw
-            keep_places(front, s, radius, rule.found, count)
-            success = True
-            break
-        last = min(last, radius)
-        tried[tries] = draw
-        tries += 1
-    for k in range(tries):
-        _wait(front, tried[k])
-    return success
+            keep_places(front, s, radius, rule.found, _best_first(rule.found, count, PLACES_OF_ONE))
+            return True
+        front.closed[s] = radius
+        _wait(front, draw)
+    return False
 
 
 @inner_loop
@@ -228,7 +254,7 @@ def put(bed: Bed, front: Front, x: float, y: float, z: float, draw: int) -> int:
     bed.ball[i, 2] = wrapped_coordinate(z, cells.low[2], cells.period[2])
     bed.ball[i, 3] = front.draw[draw]
     front.draw_of[i], front.held[i], front.stamp[i] = draw, -1, 0
-    front.open_places[i], front.hungry[i] = 0, False
+    front.open_places[i], front.hungry[i], front.closed[i] = 0, False, np.inf
     enter(cells, bed.ball, i)
     return int(i)
 
@@ -264,6 +290,7 @@ def _renew(bed: Bed, front: Front, rule: Rule, s: int) -> None:
         keep_places(front, s, radius, rule.found, count)
         return
     front.held[s] = -1
+    front.closed[s] = radius
     provide(bed, front, rule, s)
     _wait(front, draw)
 
@@ -319,7 +346,7 @@ def advance(bed: Bed, front: Front, rule: Rule, wanted: int, spare_draws: int) -
                 pushed(front, keys[k], rows[k])
         row = rows[chosen]
         s = front.owner[row]
-        draw = _next_draw(front, True) if rule.equal else front.held[s]
+        draw = _next_draw(front) if rule.equal else front.held[s]
         if draw < 0:
             pushed(front, keys[chosen], row)
             return NO_PLACE

@@ -129,7 +129,7 @@ class Growth:
         line = np.empty(len(front.draw) + len(radius) + 2 * TRIES, np.int64)
         line[: len(waiting)] = waiting
         front.counter[LINE_FIRST], front.counter[LINE_END] = 0, len(waiting)
-        names = ("draw_of", "held", "stamp", "open_places", "hungry")
+        names = ("draw_of", "held", "stamp", "open_places", "hungry", "closed")
         self.front = front._replace(
             draw=np.concatenate([front.draw, radius]),
             line=line,
@@ -207,7 +207,8 @@ def _front(radius: Float64Array, capacity: int, first: int, rng: np.random.Gener
     return Front(
         counter, np.array(radius), np.empty(len(radius) + 2 * TRIES, np.int64),
         np.full(capacity, -1, np.int64), np.full(capacity, -1, np.int64), np.zeros(capacity, np.int32),
-        np.zeros(capacity, np.int32), np.zeros(capacity, bool), np.empty(ROWS_FIRST),
+        np.zeros(capacity, np.int32), np.zeros(capacity, bool), np.full(capacity, np.inf),
+        np.empty(ROWS_FIRST),
         np.empty(ROWS_FIRST, np.int64), np.arange(ROWS_FIRST - 1, -1, -1), np.empty((ROWS_FIRST, 4)),
         np.empty(ROWS_FIRST, np.int64), np.empty(ROWS_FIRST, np.int32), rng.integers(0, 2**64, 1, np.uint64),
     )  # fmt: skip

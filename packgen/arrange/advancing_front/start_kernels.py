@@ -41,6 +41,9 @@ LEVEL = 1.0e-9
 TURNS = 16
 """Random directions in which places with fewer than three contacts are looked for."""
 
+HOLDERS_MAX = 32
+"""Spheres at which a place with three contacts is looked for, the nearest first."""
+
 CONTACT_SLACKS = 8.0
 """Gaps up to so many times the slack are contacts."""
 
@@ -323,14 +326,15 @@ def repair(bed: Bed, rule: Rule, i: int) -> bool:
     touched = _touching(bed, i, apart, number)
     held = number[:touched].copy()
     if touched == 0:
-        touched = near_spheres(bed.cells, bed.ball, before, 3.0 * radius, bed.radius_max[0], apart, number)
+        reach = 3.0 * radius + 2.0 * bed.radius_max[0]
+        touched = near_spheres(bed.cells, bed.ball, before, reach, bed.radius_max[0], apart, number)
         order = np.argsort((apart[:touched, :3] ** 2).sum(axis=1))
     else:
         order = np.arange(touched)
     leave(bed.cells, bed.ball, i)
     best, x = np.inf, before.copy()
     limit = CONTACT_SLACKS * bed.slack[0]
-    for k in range(min(touched, 8)):
+    for k in range(min(touched, HOLDERS_MAX)):
         count = places_at(bed, number[order[k]], radius, rule.aim, False, rule.bench, rule.found)
         for m in range(count):
             place = rule.found[m]
