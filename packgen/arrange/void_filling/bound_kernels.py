@@ -70,7 +70,7 @@ def listed_bound(
         keep_in_mind(bench)
         found[3], bound = away, min(bound, away + ROOT3 * half)
     if bench.known[0] == 0:
-        return bound
+        return float(bound)
     look(walls, bench, x, y, z, 1.0)
     least = narrow(bench, half)
     listed = bench.known[0]
@@ -94,7 +94,7 @@ def listed_bound(
     if not sure:
         note_facets(cells, cell, bench, listed)
     cells.top[cell] = bound
-    return bound
+    return float(bound)
 
 
 @inner_loop
@@ -116,7 +116,7 @@ def open_bound(
     bound = min(bound, away + ROOT3 * half)
     cells.top[cell] = bound
     if bound <= 0.0 or bench.fresh[0] < 0.0:
-        return bound
+        return float(bound)
     nearest = bench.fresh.copy()
     bench.known[0] = 0
     keep_in_mind(bench)
@@ -128,7 +128,7 @@ def open_bound(
             return listed_bound(walls, tree, bench, cells, found, cell, enough, LOOKS)
         cells.state[cell] = WIDE
     if bound <= enough:
-        return bound
+        return float(bound)
     recall(walls, tree, cells, cell, bench)
     bench.fresh[:] = nearest
     keep_in_mind(bench)
@@ -149,7 +149,7 @@ def open_bound(
     look(walls, bench, x, y, z, 1.0)
     note(cells, cell, bench, state)
     cells.top[cell], cells.stale[cell] = bound, False
-    return bound
+    return float(bound)
 
 
 @inner_loop

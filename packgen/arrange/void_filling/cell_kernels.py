@@ -65,7 +65,7 @@ class Cells(NamedTuple):
         listed: How many these are, shape (C,).
         state: `COMPLETE` and the like, shape (C,).
         stale: Whether the list has grown since the cell was looked at, shape (C,).
-        count: Number of cells, shape (1,).
+        total: Number of cells, shape (1,).
     """
 
     cell: NDArray[np.float64]
@@ -76,7 +76,7 @@ class Cells(NamedTuple):
     listed: NDArray[np.int32]
     state: NDArray[np.int8]
     stale: NDArray[np.bool_]
-    count: NDArray[np.int64]
+    total: NDArray[np.int64]
 
 
 @inner_loop
@@ -221,7 +221,7 @@ def narrow(bench: Bench, half: float) -> float:
             bench.row[BOXED + 1 + kept, :] = bench.row[at]
         kept += 1
     bench.known[0] = kept
-    return least
+    return float(least)
 
 
 @inner_loop

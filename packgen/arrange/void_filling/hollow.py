@@ -171,7 +171,7 @@ class Hollow:
         search = self._search
         search.cells.cell[0] = [*middle, half]
         search.cells.top[0] = np.inf
-        search.cells.count[0] = 1
+        search.cells.total[0] = 1
         search.hint[0] = -1
         search.waiting[0], search.bound[0] = 0, np.inf
         search.size[WAITING] = 1
@@ -272,12 +272,16 @@ def _new_search(cells: int, peaks: int) -> Search:
 def _more_search(search: Search) -> Search:
     """Return a search with twice the room for cells or peaks, whichever is short."""
     cells = search.cells
-    if cells.count[0] + 8 >= len(cells.cell):
-        names = ("cell", "child", "top", "away", "item", "listed", "state", "stale")
-        cells = cells._replace(**{name: _longer(getattr(cells, name)) for name in names})
-        names = ("hint", "next_cell", "waiting", "bound")
-        return search._replace(cells=cells, **{name: _longer(getattr(search, name)) for name in names})
+    if cells.total[0] + 8 >= len(cells.cell):
+        of_cells = ("cell", "child", "top", "away", "item", "listed", "state", "stale")
+        return search._replace(
+            cells=cells._replace(**{name: _longer(getattr(cells, name)) for name in of_cells}),
+            hint=_longer(search.hint), next_cell=_longer(search.next_cell), waiting=_longer(search.waiting),
+            bound=_longer(search.bound),
+        )  # fmt: skip
     if search.size[PEAKS] + 1 < len(search.peak):
         return search
-    names = ("peak", "first_cell", "ready", "radius")
-    return search._replace(**{name: _longer(getattr(search, name)) for name in names})
+    return search._replace(
+        peak=_longer(search.peak), first_cell=_longer(search.first_cell), ready=_longer(search.ready),
+        radius=_longer(search.radius),
+    )  # fmt: skip

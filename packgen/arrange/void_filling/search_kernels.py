@@ -153,8 +153,8 @@ def halve(
     cells = search.cells
     row = cells.cell[cell]
     x, y, z, half = row[0], row[1], row[2], 0.5 * row[3]
-    first = int(cells.count[0])
-    cells.count[0] += 8
+    first = int(cells.total[0])
+    cells.total[0] += 8
     if 2.0 * ROOT3 * half <= GATHER * goal:
         list_facets(walls, tree, bench, cells, cell)
     listed, state, bound = cells.listed[cell], cells.state[cell], cells.top[cell]
@@ -261,7 +261,7 @@ def has_room(tree: BallTree, search: Search) -> bool:
     return bool(
         tree.size[0] < len(tree.ball)
         and tree.size[1] + LEVELS < len(tree.first)
-        and search.cells.count[0] + 8 < len(search.cells.cell)
+        and search.cells.total[0] + 8 < len(search.cells.cell)
         and search.size[PEAKS] + 1 < len(search.peak)
     )
 
