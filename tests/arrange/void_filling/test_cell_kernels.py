@@ -30,7 +30,8 @@ def told(found: Hollow, point: Float64Array) -> tuple[Float64Array, Float64Array
     """Return what lists tell, and which points have one."""
     cells: Cells = found._search.cells
     listed = np.zeros(len(point))
-    return by_lists(found._walls, found._tree, cells, point, listed), listed
+    near: Float64Array = by_lists(found._walls, found._tree, cells, point, listed)  # type: ignore[no-untyped-call]
+    return near, listed
 
 
 @pytest.mark.parametrize("shape", [UNIT_CUBE, ell()], ids=["box", "mesh"])
