@@ -14,19 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.space.feature_kernels import closest_on_triangle
-from packgen.arrange.void_filling.ball_tree_kernels import BallTree
 from packgen.arrange.void_filling.linear_kernels import solve_small
-from packgen.arrange.void_filling.wall_kernels import FACET, FLAT, Walls, nearest_of_all
+from packgen.arrange.void_filling.wall_kernels import FACET, FLAT, Walls
 from packgen.compiled import inner_loop
 
-NEAR_MAX = 24
+NEAR_MAX = 48
 """Walls and spheres that are kept in mind at most."""
 
-ROUNDS = 80
-STEP = 0.5
-"""First length of a step along each axis, in radii; no step reaches a wall."""
-
-STEP_MAX = 0.55
 EVEN = 1.0e-4
 """Part of its radius by which a sphere may be smaller than the largest one in a void where many are alike,
 along the axis of a cylinder for example."""
@@ -41,7 +35,7 @@ class Bench(NamedTuple):
     """Room for climbing.
 
     Attributes:
-        near: What is known to be near, as `nearest_of_all` notes it, shape (NEAR_MAX, 6).
+        near: What is known to be near, as `nearest_of_all` notes it, shape (NEAR_MAX, 7).
         away: How far it is [m], shape (NEAR_MAX,).
         bend: Largest curvature of that distance [1/m], shape (NEAR_MAX,).
         row: Rows of the programme, shape (BOXED + 1 + NEAR_MAX, 4).
@@ -49,7 +43,7 @@ class Bench(NamedTuple):
         basis: Rows that hold, shape (4,).
         inverse: Their inverse and dual values, shape (5, 4).
         found: Solution, shape (4,).
-        fresh: What is nearest, shape (6,).
+        fresh: What is nearest, shape (7,).
         known: How many are known, shape (1,).
     """
 
@@ -69,8 +63,8 @@ def new_bench() -> Bench:
     """Return room for climbing."""
     rows = BOXED + 1 + NEAR_MAX
     return Bench(
-        np.zeros((NEAR_MAX, 6)), np.zeros(NEAR_MAX), np.zeros(NEAR_MAX), np.zeros((rows, 4)), np.zeros(rows),
-        np.zeros(4, np.int64), np.zeros((5, 4)), np.zeros(4), np.zeros(6), np.zeros(1, np.int64),
+        np.zeros((NEAR_MAX, 7)), np.zeros(NEAR_MAX), np.zeros(NEAR_MAX), np.zeros((rows, 4)), np.zeros(rows),
+        np.zeros(4, np.int64), np.zeros((5, 4)), np.zeros(4), np.zeros(7), np.zeros(1, np.int64),
     )  # fmt: skip
 
 
@@ -117,17 +111,12 @@ def keep_in_mind(bench: Bench) -> bool:
     count = bench.known[0]
     for k in range(count):
         near = bench.near[k]
-        if near[0] != fresh[0]:
+        if near[6] != fresh[6]:
             continue
-        if fresh[0] == FACET and near[5] == fresh[5]:
+        if near[5] >= 0.0:
             return False
-        apart = (
-            abs(near[1] - fresh[1])
-            + abs(near[2] - fresh[2])
-            + abs(near[3] - fresh[3])
-            + abs(near[4] - fresh[4])
-        )
-        if fresh[0] != FACET and apart == 0.0:
+        apart = abs(near[1] - fresh[1]) + abs(near[2] - fresh[2]) + abs(near[3] - fresh[3])
+        if apart + abs(near[4] - fresh[4]) == 0.0:
             return False
     place = count
     if count == NEAR_MAX:  # the farthest that does not hold now is forgotten
@@ -160,7 +149,7 @@ def box_rows(bench: Bench, step: float) -> None:
 
 
 @inner_loop
-def _highest(bench: Bench, step: float) -> bool:
+def highest(bench: Bench, step: float) -> bool:
     """Solve for the step that gets farthest from all that is near; see `solve_small`."""
     count = bench.known[0]
     nearest = 0
@@ -185,23 +174,40 @@ def _highest(bench: Bench, step: float) -> bool:
 
 
 @inner_loop
-def highest_in_cell(walls: Walls, bench: Bench, x: float, y: float, z: float, half: float) -> float:
+def distance_to(walls: Walls, near: NDArray[np.float64], x: float, y: float, z: float) -> float:
+    """Return how far a point is from one thing that is near [m]; from a triangle on whichever side."""
+    if near[0] == FLAT:
+        return float(near[4] - near[1] * x - near[2] * y - near[3] * z)
+    px, py, pz, radius = near[1], near[2], near[3], near[4]
+    if near[0] == FACET:
+        px, py, pz = closest_on_triangle(x, y, z, walls.corner[int(near[5])])
+        radius = 0.0
+    px, py, pz = x - px, y - py, z - pz
+    return float(math.sqrt(px * px + py * py + pz * pz) - radius)
+
+
+@inner_loop
+def highest_in_cell(
+    walls: Walls, bench: Bench, x: float, y: float, z: float, half: float, least: float, enough: float
+) -> float:
     """Return what no point of a cubic cell is farther than from all that is known to be near [m].
 
     Any mean of these distances is a bound, and the programme's dual values make the mean that bounds best:
     how far the middle is, what the mean direction adds to that towards a corner, and what curvature adds.
+    Where that is not low enough, the mean is taken at all corners: it is convex, so no place has more.
     The step to the point that is farthest, the curvature left out, is in ``bench.found``.
 
     Args:
         walls: The walls.
-        bench: What is near, at least one thing.
+        bench: What is near, at least one thing, as `look` at the cell's middle has left it.
         x: Middle of the cell [m].
         y: Middle of the cell [m].
         z: Middle of the cell [m].
-        half: Half its width [m].
+        half: Half the cell's width [m].
+        least: Least of these distances [m].
+        enough: What the bound need not be lowered below [m].
     """
-    least = look(walls, bench, x, y, z, 1.0)
-    _highest(bench, half)
+    highest(bench, half)
     total, away, bend, gx, gy, gz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(4):
         k = bench.basis[i] - BOXED - 1
@@ -215,7 +221,21 @@ def highest_in_cell(walls: Walls, bench: Bench, x: float, y: float, z: float, ha
     if total <= 0.0:
         return least + ROOT3 * half
     bound = (away + half * (abs(gx) + abs(gy) + abs(gz)) + 1.5 * half * half * bend) / total
-    return min(bound, least + ROOT3 * half)
+    bound = min(bound, least + ROOT3 * half)
+    if bound <= enough or bend == 0.0:
+        return bound
+    most = -np.inf
+    for corner in range(8):
+        px = x + (half if corner & 1 else -half)
+        py = y + (half if corner & 2 else -half)
+        pz = z + (half if corner & 4 else -half)
+        mean = 0.0
+        for i in range(4):
+            k = bench.basis[i] - BOXED - 1
+            if k >= 0 and bench.inverse[4, i] > 0.0:
+                mean += bench.inverse[4, i] * distance_to(walls, bench.near[k], px, py, pz)
+        most = max(most, mean)
+    return min(bound, most / total * (1.0 + 1e-12))
 
 
 @inner_loop
@@ -250,62 +270,3 @@ def sure_reach(bench: Bench, radius: float) -> float:
     if bend == 0.0:
         return np.inf if slope > 1e-9 else even
     return max(even, 2.0 * slope / bend * (1.0 - 1e-9))
-
-
-@inner_loop
-def climb(
-    walls: Walls, tree: BallTree, bench: Bench, start: NDArray[np.float64], cap: float,
-    peak: NDArray[np.float64],
-) -> float:  # fmt: skip
-    """Go up from a point in a void to its largest sphere.
-
-    Args:
-        walls: The walls.
-        tree: The spheres.
-        bench: What is known to be near already.
-        start: The point [m], shape (3,).
-        cap: A radius that is enough [m].
-        peak: Out: centre, radius and the reach of `sure_reach` [m], shape (5,).
-
-    Returns:
-        The radius [m]; 0 or less where the point is in no void.
-    """
-    x, y, z = start[0], start[1], start[2]
-    bench.fresh[0] = -1.0
-    within = look(walls, bench, x, y, z, 1.0)
-    radius = nearest_of_all(walls, tree, x, y, z, within, bench.fresh)
-    peak[0], peak[1], peak[2], peak[3], peak[4] = x, y, z, radius, 0.0
-    if radius <= 0.0 or radius == np.inf:
-        return radius
-    keep_in_mind(bench)
-    step, tries = STEP * radius, 0
-    for _ in range(ROUNDS):
-        look(walls, bench, x, y, z, 1.0)
-        _highest(bench, step)
-        found = bench.found
-        gain = found[3] - radius
-        moved = max(abs(found[0]), abs(found[1]), abs(found[2]))
-        if moved <= 1e-15 * radius or (gain <= 1e-15 * radius and tries > 3):
-            break
-        nx, ny, nz = x + found[0], y + found[1], z + found[2]
-        within = look(walls, bench, nx, ny, nz, 1.0)
-        bench.fresh[0] = -1.0
-        reached = nearest_of_all(walls, tree, nx, ny, nz, within, bench.fresh)
-        fresh = keep_in_mind(bench)
-        if reached > radius:
-            tries = 0 if reached > radius * (1.0 + 1e-14) else tries + 1
-            if moved >= 0.999 * step:
-                step = min(2.0 * step, STEP_MAX * reached)
-            x, y, z, radius = nx, ny, nz, reached
-            if radius >= cap:
-                break
-        elif not fresh or moved < 1e-3 * step:
-            tries += 1
-            step = 0.25 * min(step, moved)
-        if tries > 6 or step < 1e-14 * radius:
-            break
-    look(walls, bench, x, y, z, 1.0)
-    _highest(bench, 0.02 * radius)
-    peak[0], peak[1], peak[2], peak[3] = x, y, z, radius
-    peak[4] = sure_reach(bench, radius) if bench.found[3] <= radius * (1.0 + 0.1 * EVEN) else 0.0
-    return radius

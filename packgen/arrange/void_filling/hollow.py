@@ -11,12 +11,11 @@ from packgen.arrange.space.seams import NO_SEAMS, Seams
 from packgen.arrange.space.sides import InsideMap
 from packgen.arrange.space.walls import simple_features
 from packgen.arrange.void_filling.ball_tree_kernels import LEVELS, BallTree, add_balls
+from packgen.arrange.void_filling.cell_kernels import LISTED, Cells
 from packgen.arrange.void_filling.climb_kernels import new_bench
 from packgen.arrange.void_filling.place_kernels import fill_drawn, list_peaks
 from packgen.arrange.void_filling.search_kernels import (
-    CELLS,
     EXHAUSTED,
-    KEPT,
     MORE_ROOM,
     PAUSED,
     PEAKS,
@@ -170,11 +169,12 @@ class Hollow:
 
     def _start(self, middle: Float64Array, half: float) -> None:
         search = self._search
-        search.cell[0] = [*middle, half]
-        search.known[0] = 0
+        search.cells.cell[0] = [*middle, half]
+        search.cells.top[0] = np.inf
+        search.cells.total[0] = 1
         search.hint[0] = -1
         search.waiting[0], search.bound[0] = 0, np.inf
-        search.size[WAITING] = search.size[CELLS] = 1
+        search.size[WAITING] = 1
 
     def _grow(self) -> None:
         """Make room."""
@@ -257,9 +257,13 @@ def _more_balls(tree: BallTree) -> BallTree:
 def _new_search(cells: int, peaks: int) -> Search:
     of_cells, of_peaks = (cells,), (peaks,)
     return Search(
-        np.empty((cells, 4)), np.empty((cells, KEPT, 6)), np.empty(of_cells, np.int64),
+        Cells(
+            np.empty((cells, 4)), np.zeros(of_cells, np.int32), np.empty(of_cells), np.empty(of_cells),
+            np.empty((cells, LISTED), np.int32), np.zeros(of_cells, np.int32), np.zeros(of_cells, np.int8),
+            np.zeros(of_cells, np.bool_), np.zeros(1, np.int64),
+        ),
         np.empty(of_cells, np.int64), np.empty(of_cells, np.int64), np.empty(of_cells, np.int64),
-        np.empty(of_cells, np.int64), np.empty(of_cells),
+        np.empty(of_cells),
         np.zeros((peaks, 5)), np.empty(of_peaks, np.int64), np.empty(of_peaks, np.int64), np.empty(of_peaks),
         np.zeros(9, np.int64), np.zeros(5),
     )  # fmt: skip
@@ -267,10 +271,17 @@ def _new_search(cells: int, peaks: int) -> Search:
 
 def _more_search(search: Search) -> Search:
     """Return a search with twice the room for cells or peaks, whichever is short."""
-    short_of_cells = search.size[CELLS] + 8 >= len(search.cell)
-    names: tuple[str, ...] = ("cell", "near", "known", "hint", "next_cell", "free", "waiting", "bound")
-    if not short_of_cells:
-        if search.size[PEAKS] + 1 < len(search.peak):
-            return search
-        names = ("peak", "first_cell", "ready", "radius")
-    return search._replace(**{name: _longer(getattr(search, name)) for name in names})
+    cells = search.cells
+    if cells.total[0] + 8 >= len(cells.cell):
+        of_cells = ("cell", "child", "top", "away", "item", "listed", "state", "stale")
+        return search._replace(
+            cells=cells._replace(**{name: _longer(getattr(cells, name)) for name in of_cells}),
+            hint=_longer(search.hint), next_cell=_longer(search.next_cell), waiting=_longer(search.waiting),
+            bound=_longer(search.bound),
+        )  # fmt: skip
+    if search.size[PEAKS] + 1 < len(search.peak):
+        return search
+    return search._replace(
+        peak=_longer(search.peak), first_cell=_longer(search.first_cell), ready=_longer(search.ready),
+        radius=_longer(search.radius),
+    )  # fmt: skip

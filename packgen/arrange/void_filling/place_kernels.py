@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from packgen.arrange.void_filling.ball_tree_kernels import BallTree, add_ball
+from packgen.arrange.void_filling.ball_tree_kernels import BallTree
+from packgen.arrange.void_filling.cell_kernels import Cells, nearest_at
 from packgen.arrange.void_filling.climb_kernels import BOXED, Bench, box_rows, keep_in_mind, look
 from packgen.arrange.void_filling.linear_kernels import solve_small
 from packgen.arrange.void_filling.search_kernels import (
@@ -20,8 +21,9 @@ from packgen.arrange.void_filling.search_kernels import (
     has_room,
     look_at_first,
     push,
+    put_ball,
 )
-from packgen.arrange.void_filling.wall_kernels import Walls, nearest_of_all
+from packgen.arrange.void_filling.wall_kernels import Walls
 from packgen.compiled import inner_loop, loop
 
 ROUNDS = 400
@@ -55,7 +57,7 @@ def _lowest(bench: Bench, down: NDArray[np.float64], radius: float, step: float)
 
 @inner_loop
 def sink(
-    walls: Walls, tree: BallTree, bench: Bench, place: NDArray[np.float64], radius: float,
+    walls: Walls, tree: BallTree, cells: Cells, bench: Bench, place: NDArray[np.float64], radius: float,
     down: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Move a sphere that fits at a place down to where it is held.
@@ -63,6 +65,7 @@ def sink(
     Args:
         walls: The walls.
         tree: The spheres.
+        cells: Cells and what is near them.
         bench: Room for it.
         place: Centre [m], shape (3,); changes.
         radius: Its radius [m].
@@ -71,7 +74,7 @@ def sink(
     bench.known[0] = 0
     bench.fresh[0] = -1.0
     x, y, z = place[0], place[1], place[2]
-    away = nearest_of_all(walls, tree, x, y, z, np.inf, bench.fresh)
+    away = nearest_at(walls, tree, cells, x, y, z, np.inf, bench.fresh)
     keep_in_mind(bench)
     step = STEP * away
     for _ in range(ROUNDS):
@@ -88,7 +91,7 @@ def sink(
         nx, ny, nz = x + found[0], y + found[1], z + found[2]
         within = look(walls, bench, nx, ny, nz, 0.0)
         bench.fresh[0] = -1.0
-        away = nearest_of_all(walls, tree, nx, ny, nz, within, bench.fresh)
+        away = nearest_at(walls, tree, cells, nx, ny, nz, within, bench.fresh)
         fresh = away < radius * 3.0 and keep_in_mind(bench)
         if away >= radius:
             x, y, z = nx, ny, nz
@@ -191,9 +194,9 @@ def fill_drawn(
         if void < 0:
             continue
         place[0], place[1], place[2] = search.peak[void, 0], search.peak[void, 1], search.peak[void, 2]
-        sink(walls, tree, bench, place, radius, down)
+        sink(walls, tree, search.cells, bench, place, radius, down)
         placed[number] = True
-        add_ball(tree, place[0], place[1], place[2], radii[number])
+        put_ball(walls, tree, search, place[0], place[1], place[2], radii[number])
         limits[1] -= radii[number] * radii[number] * radii[number]
         end_voids_at(walls, search, place[0], place[1], place[2], radius)
         forget_ended(search)

@@ -14,26 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from packgen.arrange.void_filling.ball_tree_kernels import LEVELS, BallTree, add_ball
-from packgen.arrange.void_filling.climb_kernels import (
-    EVEN,
-    ROOT3,
-    Bench,
-    climb,
-    highest_in_cell,
-    keep_in_mind,
-    look,
+from packgen.arrange.void_filling.bound_kernels import (
+    GATHER,
+    LOOKS,
+    beyond,
+    list_facets,
+    listed_bound,
+    open_bound,
 )
+from packgen.arrange.void_filling.cell_kernels import COMPLETE, ENDED, LEAF, LOOSE, OPEN, Cells, list_ball
+from packgen.arrange.void_filling.climb_kernels import EVEN, ROOT3, Bench
+from packgen.arrange.void_filling.peak_kernels import climb
 from packgen.arrange.void_filling.wall_kernels import Walls, nearest_of_all
 from packgen.compiled import inner_loop, loop
 
-WAITING, CELLS, FREE, PEAKS, READY, CLIMBS, LOOKED, QUERIES = 0, 1, 2, 3, 4, 5, 6, 7
+WAITING, PEAKS, READY, CLIMBS, LOOKED = 0, 1, 2, 3, 4
 """Places in ``Search.size``."""
-
-KEPT = 6
-"""Walls and spheres near a cell that are remembered."""
-
-LOOKS = 4
-"""Places of a cell that are looked at before it is halved."""
 
 FINEST = 0.02
 """Half diagonal of a cell, in radii of the sphere found from it, below which that explains it."""
@@ -46,12 +42,9 @@ class Search(NamedTuple):
     """Cells and peaks.
 
     Attributes:
-        cell: Middle and half width [m], shape (C, 4).
-        near: What is known to be near each cell, as `nearest_of_all` notes it, shape (C, KEPT, 6).
-        known: How much that is, shape (C,).
+        cells: The cells.
         hint: Peak found near each cell, -1: none, shape (C,).
         next_cell: Next cell that the same peak explains, -1: none, shape (C,).
-        free: Cells that can be used again, shape (C,).
         waiting: Heap of cells that no peak explains, shape (C,).
         bound: Largest radius that each of them may have [m], the heap's keys, shape (C,).
         peak: Centres, radii and sure reach [m], shape (P, 5); radius 0: it is no more.
@@ -62,12 +55,9 @@ class Search(NamedTuple):
         found: Room for a peak, shape (5,).
     """
 
-    cell: NDArray[np.float64]
-    near: NDArray[np.float64]
-    known: NDArray[np.int64]
+    cells: Cells
     hint: NDArray[np.int64]
     next_cell: NDArray[np.int64]
-    free: NDArray[np.int64]
     waiting: NDArray[np.int64]
     bound: NDArray[np.float64]
     peak: NDArray[np.float64]
@@ -119,29 +109,6 @@ def wait(search: Search, cell: int, bound: float) -> None:
 
 
 @inner_loop
-def drop(search: Search, cell: int) -> None:
-    """Forget a cell."""
-    search.free[search.size[FREE]] = cell
-    search.size[FREE] += 1
-
-
-@inner_loop
-def add_cell(search: Search, x: float, y: float, z: float, half: float, hint: int, bound: float) -> int:
-    """Have a new cell wait; return its number."""
-    if search.size[FREE] > 0:
-        search.size[FREE] -= 1
-        cell = int(search.free[search.size[FREE]])
-    else:
-        cell = int(search.size[CELLS])
-        search.size[CELLS] += 1
-    row = search.cell[cell]
-    row[0], row[1], row[2], row[3] = x, y, z, half
-    search.hint[cell] = hint
-    wait(search, cell, bound)
-    return cell
-
-
-@inner_loop
 def explain(search: Search, cell: int, peak: int) -> None:
     """Have a peak explain a cell: nothing in it is larger while the peak is there."""
     search.next_cell[cell] = search.first_cell[peak]
@@ -166,94 +133,53 @@ def explains(search: Search, peak: int, cell: int) -> bool:
     """Tell whether a peak that is there explains a cell."""
     if peak < 0 or search.peak[peak, 3] <= 0.0:
         return False
-    row, at = search.cell[cell], search.peak[peak]
+    row, at = search.cells.cell[cell], search.peak[peak]
     dx, dy, dz = row[0] - at[0], row[1] - at[1], row[2] - at[2]
     return bool(math.sqrt(dx * dx + dy * dy + dz * dz) + ROOT3 * row[3] <= at[4])
 
 
 @inner_loop
-def remember(search: Search, cell: int, bench: Bench) -> None:
-    """Note what is known to be near a cell, the nearest first."""
-    count = 0
-    while count < KEPT and count < bench.known[0]:
-        best = -1
-        for k in range(bench.known[0]):
-            if bench.away[k] < np.inf and (best < 0 or bench.away[k] < bench.away[best]):
-                best = k
-        if best < 0:
-            break
-        search.near[cell, count, :] = bench.near[best]
-        bench.away[best] = np.inf
-        count += 1
-    search.known[cell] = count
-
-
-@inner_loop
-def recall(search: Search, cell: int, bench: Bench) -> None:
-    """Take what is known to be near a cell."""
-    bench.known[0] = search.known[cell]
-    for k in range(search.known[cell]):
-        bench.near[k, :] = search.near[cell, k]
-
-
-@inner_loop
-def lowered(walls: Walls, tree: BallTree, bench: Bench, search: Search, cell: int, enough: float) -> float:
-    """Return how large the spheres may be that have their centres in a cell [m], no better than ``enough``.
-
-    By what is known to be near, and then by what is found to be nearer to the places that seem farthest from
-    that. The last such place is in ``search.found``, its distance from everything in ``search.found[3]``.
-    """
-    row = search.cell[cell]
-    x, y, z, half = row[0], row[1], row[2], row[3]
-    found = search.found
-    found[0], found[1], found[2], found[3] = x, y, z, -np.inf
-    bound = np.inf
-    px, py, pz = x, y, z
-    for trial in range(LOOKS):
-        if bench.known[0] > 0:
-            bound = min(bound, highest_in_cell(walls, bench, x, y, z, half))
-            if bound <= enough:
-                break
-            if trial > 0:
-                px, py, pz = x + bench.found[0], y + bench.found[1], z + bench.found[2]
-        within = look(walls, bench, px, py, pz, 1.0)
-        bench.fresh[0] = -1.0
-        away = nearest_of_all(walls, tree, px, py, pz, within, bench.fresh)
-        search.size[QUERIES] += 1
-        if away > found[3]:
-            found[0], found[1], found[2], found[3] = px, py, pz, away
-        if trial == 0:
-            bound = min(bound, away + ROOT3 * half)
-        if not keep_in_mind(bench) and trial > 0:
-            break
-        if away <= 0.0 and trial == 0:
-            # In a sphere or beyond a wall: its way out says enough.
-            if bench.known[0] > 0 and bound > enough:
-                bound = min(bound, highest_in_cell(walls, bench, x, y, z, half))
-            break
-    return bound
-
-
-@inner_loop
-def halve(search: Search, cell: int, bench: Bench, hint: int, bound: float) -> None:
+def halve(
+    walls: Walls,
+    tree: BallTree,
+    bench: Bench,
+    search: Search,
+    cell: int,
+    hint: int,
+    least: float,
+    goal: float,
+) -> None:
     """Put eight cells of half the width in the place of one; they know what it knows."""
-    row = search.cell[cell]
+    cells = search.cells
+    row = cells.cell[cell]
     x, y, z, half = row[0], row[1], row[2], 0.5 * row[3]
-    remember(search, cell, bench)
+    first = int(cells.total[0])
+    cells.total[0] += 8
+    if 2.0 * ROOT3 * half <= GATHER * goal:
+        list_facets(walls, tree, bench, cells, cell)
+    listed, state, bound = cells.listed[cell], cells.state[cell], cells.top[cell]
     for octant in range(8):
-        new = add_cell(
-            search,
-            x + (half if octant & 1 else -half),
-            y + (half if octant & 2 else -half),
-            z + (half if octant & 4 else -half),
-            half,
-            hint,
-            bound,
-        )
-        search.known[new] = search.known[cell]
-        for k in range(search.known[cell]):
-            search.near[new, k, :] = search.near[cell, k]
-    drop(search, cell)
+        new = first + octant
+        at = cells.cell[new]
+        at[0] = x + (half if octant & 1 else -half)
+        at[1] = y + (half if octant & 2 else -half)
+        at[2] = z + (half if octant & 4 else -half)
+        at[3] = half
+        cells.top[new], cells.child[new], cells.away[new] = bound, LEAF, np.inf
+        cells.state[new] = state if state == COMPLETE else (LOOSE if state & 1 else OPEN)
+        cells.stale[new] = True
+        cells.listed[new] = listed
+        cells.item[new, :listed] = cells.item[cell, :listed]
+        search.hint[new] = hint
+        own = bound
+        if state & 1:
+            own = listed_bound(walls, tree, bench, cells, search.found, new, goal, 0)
+            apart = state == COMPLETE and cells.away[new] > ROOT3 * half
+            if own < least or (apart and len(walls.box) and beyond(walls, tree, bench, cells, new)):
+                cells.child[new] = ENDED
+                continue
+        wait(search, new, own)
+    cells.child[cell] = first
 
 
 @inner_loop
@@ -271,43 +197,45 @@ def look_at_first(
         enough: What a bound need not be lowered below now [m].
         finest: Half diagonal of a cell, in radii of the sphere found from it, below which that explains it.
     """
-    size = search.size
+    size, cells = search.size, search.cells
     cell = search.waiting[0]
     pop(search.waiting, search.bound, size[WAITING])
     size[WAITING] -= 1
+    if cells.child[cell] != LEAF:
+        return
     size[LOOKED] += 1
     others = search.bound[0] if size[WAITING] > 0 else 0.0
     hint = search.hint[cell]
     if explains(search, hint, cell):
         explain(search, cell, hint)
         return
-    recall(search, cell, bench)
     goal = max(enough, least, others * (1.0 - 1e-9))
-    bound = lowered(walls, tree, bench, search, cell, goal)
+    if not cells.stale[cell] and cells.top[cell] <= goal:
+        bound = cells.top[cell]
+    elif cells.state[cell] & 1:
+        bound = listed_bound(walls, tree, bench, cells, search.found, cell, goal, LOOKS)
+    else:
+        bound = open_bound(walls, tree, bench, cells, search.found, cell, goal)
     if bound < least:
-        drop(search, cell)
+        cells.child[cell] = ENDED
         return
     if bound <= goal:
-        remember(search, cell, bench)
         wait(search, cell, bound)
         return
     found = search.found
-    reach = ROOT3 * search.cell[cell, 3]
+    reach = ROOT3 * cells.cell[cell, 3]
     if reach <= found[3]:
-        radius = climb(walls, tree, bench, found[:3].copy(), np.inf, found)
+        radius = climb(walls, tree, cells, bench, found[:3].copy(), np.inf, found)
         size[CLIMBS] += 1
         if radius >= least:
             hint = peak_of(search, hint, found)
-            row = search.cell[cell]
-            bound = min(bound, highest_in_cell(walls, bench, row[0], row[1], row[2], row[3]))
             if reach <= finest * radius or bound <= radius * (1.0 + EVEN) or explains(search, hint, cell):
-                remember(search, cell, bench)
                 explain(search, cell, hint)
                 return
         elif reach <= FINEST * least:
-            drop(search, cell)
+            cells.child[cell] = ENDED
             return
-    halve(search, cell, bench, hint, bound)
+    halve(walls, tree, bench, search, cell, hint, least, goal)
 
 
 @inner_loop
@@ -333,9 +261,18 @@ def has_room(tree: BallTree, search: Search) -> bool:
     return bool(
         tree.size[0] < len(tree.ball)
         and tree.size[1] + LEVELS < len(tree.first)
-        and search.size[CELLS] + 8 < len(search.cell)
+        and search.cells.total[0] + 8 < len(search.cells.cell)
         and search.size[PEAKS] + 1 < len(search.peak)
     )
+
+
+@inner_loop
+def put_ball(
+    walls: Walls, tree: BallTree, search: Search, x: float, y: float, z: float, radius: float
+) -> None:
+    """Add a ball, of which the cells come to know."""
+    add_ball(tree, x, y, z, radius)
+    list_ball(walls, tree, search.cells, tree.size[0] - 1)
 
 
 @loop
@@ -377,11 +314,12 @@ def fill_freely(
         bench.fresh[0] = -1.0
         x, y, z, radius = peak[0], peak[1], peak[2], peak[3]
         away = nearest_of_all(walls, tree, x, y, z, radius, bench.fresh)
-        end_peak(search, number)
         if away < radius * (1.0 - 1e-13):
+            end_peak(search, number)
             continue
         radius = away - slack
-        add_ball(tree, x, y, z, radius)
+        put_ball(walls, tree, search, x, y, z, radius)
+        end_peak(search, number)
         limits[0] -= 1.0
         limits[1] -= radius * radius * radius
     return DONE

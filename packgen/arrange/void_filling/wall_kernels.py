@@ -17,6 +17,15 @@ from packgen.compiled import inner_loop, loop
 FLAT, ROUND, FACET = 0.0, 1.0, 2.0
 """Kinds of what is near: a plane, the outside of a ball, a triangle."""
 
+BALL_CODE, FACET_CODE, PLANE_CODE, CURVED_CODE = 0, 1, 2, 3
+"""What a code is one of, in its last two bits: see `Walls` and `write_near`."""
+
+IMAGES = 27
+"""Copies of a sphere in a periodic box and around it."""
+
+IMAGE_BITS = 5
+"""Bits of a ball's code that tell the copy."""
+
 TIE = 1.0e-12
 """Part of a squared distance by which two triangles are equally near."""
 
@@ -52,48 +61,38 @@ class Walls(NamedTuple):
 
 
 @inner_loop
-def _note_plane(near: NDArray[np.float64], x: float, y: float, z: float, gap: float) -> None:
+def _note_plane(near: NDArray[np.float64], x: float, y: float, z: float, gap: float, code: int) -> None:
     """Complete the plane whose inward normal is noted, and that is ``gap`` [m] from a point."""
     near[1], near[2], near[3] = -near[1], -near[2], -near[3]
-    near[0], near[5] = FLAT, -1.0
+    near[0], near[5], near[6] = FLAT, -1.0, code
     near[4] = gap + near[1] * x + near[2] * y + near[3] * z
 
 
 @inner_loop
-def smooth_walls(
-    walls: Walls, x: float, y: float, z: float, within: float, near: NDArray[np.float64]
+def curved_wall(
+    walls: Walls, number: int, x: float, y: float, z: float, within: float, near: NDArray[np.float64]
 ) -> float:
-    """Find the nearest plane, cone or hollow ball, the last two by their tangent plane.
+    """Return how far a cone or a hollow ball is from a point [m], and note its tangent plane there.
 
-    They bound a convex space, which the tangent plane holds.
+    It bounds a convex space, which the tangent plane holds.
 
     Args:
         walls: The walls.
+        number: Which cone, or of which ball, which come after the cones.
         x: Point [m].
         y: Point [m].
         z: Point [m].
-        within: Only what is nearer counts [m].
-        near: Out: what is nearest (see `nearest_of_all`), as it was where nothing is.
-
-    Returns:
-        How far it is [m], negative beyond it; else ``within``.
+        within: Only what is nearer is noted [m].
+        near: Out: see `nearest_of_all`.
     """
-    best = within
-    for k in range(len(walls.plane)):
-        row = walls.plane[k]
-        gap = row[3] - (row[0] * x + row[1] * y + row[2] * z)
-        if gap < best:
-            best = gap
-            near[0], near[1], near[2], near[3], near[4], near[5] = FLAT, row[0], row[1], row[2], row[3], k
-    for k in range(len(walls.cone)):
-        row = walls.cone[k]
+    if number < len(walls.cone):
+        row = walls.cone[number]
         dx, dy, dz = x - row[0], y - row[1], z - row[2]
         along = dx * row[3] + dy * row[4] + dz * row[5]
         ox, oy, oz = dx - along * row[3], dy - along * row[4], dz - along * row[5]
         off = math.sqrt(ox * ox + oy * oy + oz * oz)
         gap = (row[6] - off) * row[7] + along * row[8]
-        if gap < best:
-            best = gap
+        if gap < within:
             if off <= 1e-12 * row[6]:  # on the axis any side is as near
                 if abs(row[3]) < 0.9:
                     ox, oy, oz = 1.0 - row[3] * row[3], -row[3] * row[4], -row[3] * row[5]
@@ -103,17 +102,47 @@ def smooth_walls(
             near[1] = row[3] * row[8] - ox / off * row[7]
             near[2] = row[4] * row[8] - oy / off * row[7]
             near[3] = row[5] * row[8] - oz / off * row[7]
-            _note_plane(near, x, y, z, gap)
-    for k in range(len(walls.hollow)):
-        row = walls.hollow[k]
-        dx, dy, dz = x - row[0], y - row[1], z - row[2]
-        off = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if row[3] - off < best:
-            best = row[3] - off
-            near[1], near[2], near[3] = -1.0, 0.0, 0.0
-            if off > 1e-300:
-                near[1], near[2], near[3] = -dx / off, -dy / off, -dz / off
-            _note_plane(near, x, y, z, best)
+            _note_plane(near, x, y, z, gap, 4 * number + CURVED_CODE)
+        return float(gap)
+    row = walls.hollow[number - len(walls.cone)]
+    dx, dy, dz = x - row[0], y - row[1], z - row[2]
+    off = math.sqrt(dx * dx + dy * dy + dz * dz)
+    gap = row[3] - off
+    if gap < within:
+        near[1], near[2], near[3] = -1.0, 0.0, 0.0
+        if off > 1e-300:
+            near[1], near[2], near[3] = -dx / off, -dy / off, -dz / off
+        _note_plane(near, x, y, z, gap, 4 * number + CURVED_CODE)
+    return float(gap)
+
+
+@inner_loop
+def note_plane_wall(walls: Walls, number: int, near: NDArray[np.float64]) -> None:
+    """Note one of the planes."""
+    row = walls.plane[number]
+    near[0], near[1], near[2], near[3], near[4], near[5] = FLAT, row[0], row[1], row[2], row[3], number
+    near[6] = 4 * number + PLANE_CODE
+
+
+@inner_loop
+def smooth_walls(
+    walls: Walls, x: float, y: float, z: float, within: float, near: NDArray[np.float64]
+) -> float:
+    """Find the nearest plane, cone or hollow ball; note it as `nearest_of_all` does.
+
+    Returns:
+        How far it is [m], negative beyond it; else ``within``.
+    """
+    best, number = within, -1
+    for k in range(len(walls.plane)):
+        row = walls.plane[k]
+        gap = row[3] - (row[0] * x + row[1] * y + row[2] * z)
+        if gap < best:
+            best, number = gap, k
+    if number >= 0:
+        note_plane_wall(walls, number, near)
+    for k in range(len(walls.cone) + len(walls.hollow)):
+        best = min(best, curved_wall(walls, k, x, y, z, best, near))
     return best
 
 
@@ -179,6 +208,53 @@ def is_inside(walls: Walls, x: float, y: float, z: float, side: float) -> bool:
 
 
 @inner_loop
+def image_shift(walls: Walls, image: int, axis: int) -> float:
+    """Return how far the copy of a sphere is from it along an axis [m]."""
+    step = image // (9 if axis == 0 else (3 if axis == 1 else 1)) % 3
+    return float((-1.0 if step == 1 else (1.0 if step == 2 else 0.0)) * walls.period[axis])
+
+
+@inner_loop
+def ball_code(number: int, image: int) -> int:
+    """Return the code of a copy of a ball."""
+    return int((((number << IMAGE_BITS) + image) << 2) + BALL_CODE)
+
+
+@inner_loop
+def write_near(
+    walls: Walls, tree: BallTree, code: int, x: float, y: float, z: float, near: NDArray[np.float64]
+) -> None:
+    """Note what a code stands for; see `nearest_of_all`.
+
+    Args:
+        walls: The walls.
+        tree: The spheres.
+        code: Four times a number and its kind: a ball (see `ball_code`), a triangle, a plane, or a curved
+            wall.
+        x: Point, for the tangent plane of a curved wall [m].
+        y: Point [m].
+        z: Point [m].
+        near: Out: the note, shape (7,).
+    """
+    kind, number = code & 3, code >> 2
+    if kind == BALL_CODE:
+        image, number = number & (1 << IMAGE_BITS) - 1, number >> IMAGE_BITS
+        ball = tree.ball[number]
+        near[0], near[4], near[5], near[6] = ROUND, ball[3], number, code
+        near[1], near[2], near[3] = ball[0], ball[1], ball[2]
+        if image:
+            near[1] += image_shift(walls, image, 0)
+            near[2] += image_shift(walls, image, 1)
+            near[3] += image_shift(walls, image, 2)
+    elif kind == FACET_CODE:
+        near[0], near[5], near[6] = FACET, number, code
+    elif kind == PLANE_CODE:
+        note_plane_wall(walls, number, near)
+    else:
+        curved_wall(walls, number, x, y, z, np.inf, near)
+
+
+@inner_loop
 def nearest_of_all(
     walls: Walls, tree: BallTree, x: float, y: float, z: float, within: float, near: NDArray[np.float64]
 ) -> float:
@@ -192,7 +268,8 @@ def nearest_of_all(
         z: Point [m].
         within: Only what is nearer counts [m].
         near: Out: FLAT, outward normal, offset; ROUND, centre, radius, its number; or FACET, four numbers
-            of no meaning, its number; shape (6,). As it was where nothing is nearer.
+            of no meaning, its number; then its code (see `write_near`); shape (7,). As it was where nothing
+            is nearer.
 
     Returns:
         How far it is [m], negative beyond a wall or in a sphere; else ``within``.
@@ -207,14 +284,13 @@ def nearest_of_all(
                 number, away = nearest_ball(tree, sx, sy, sz, best)
                 if number >= 0:
                     best = away
-                    ball = tree.ball[number]
-                    near[0], near[4], near[5] = ROUND, ball[3], number
-                    near[1], near[2], near[3] = ball[0] + x - sx, ball[1] + y - sy, ball[2] + z - sz
+                    code = ball_code(number, 9 * ix + 3 * iy + iz)
+                    write_near(walls, tree, code, x, y, z, near)
     if len(walls.box) and best > 0.0:
         # A little farther, so that a triangle that is known to be the nearest still tells the side.
         number, away, side = nearest_triangle(walls, x, y, z, best * (1.0 + 1e-9))
         if number >= 0 and away < best:
-            near[0], near[5] = FACET, number
+            near[0], near[5], near[6] = FACET, number, 4 * number + FACET_CODE
             best = away
         if not is_inside(walls, x, y, z, side):
             best = -best
@@ -224,7 +300,7 @@ def nearest_of_all(
 @loop
 def distances_of_all(walls: Walls, tree: BallTree, point: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how far points (N, 3) are from all walls and spheres [m], negative beyond or in one, (N,)."""
-    near = np.empty(6)
+    near = np.empty(7)
     found = np.empty(len(point))
     for k in range(len(point)):
         found[k] = nearest_of_all(walls, tree, point[k, 0], point[k, 1], point[k, 2], np.inf, near)
