@@ -53,6 +53,8 @@ class RigidRecipe(Recipe):
             give_up=(0.1, 0.05, 0.02, 0.008, 0.003, 0.001, 0.0004),
             give_up_first=252,
             far_sweeps=0,
+            skin_first=1.0,
+            skin_last=0.25,
         )
 
     def fall(self, number: int) -> float:
