@@ -10,7 +10,8 @@
   poured by LAMMPS from apart, each then made smaller until none overlaps, and run again alike.
 
 Writes clumps_<part>.csv for each part, clumps.txt, and clumps.png of the curve into DIR. A part that is not
-run keeps the rows that its CSV in DIR has. ``gravity`` needs LAMMPS.
+run keeps the rows that its CSV in DIR has; ``--parts`` without any makes table and plot of them again.
+``gravity`` needs LAMMPS.
 """
 
 from __future__ import annotations
@@ -180,7 +181,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--parts", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser.add_argument("--parts", nargs="*", choices=list(PARTS), default=list(PARTS))
     parser.add_argument("--clumps", type=int, default=20_000, help="of the beds that are timed")
     parser.add_argument("--judged", type=int, default=2_000, help="clumps of all other beds")
     parser.add_argument("--seed", type=int, default=0)

@@ -32,17 +32,18 @@ def draw(rows: Sequence[Mapping[str, Any]], facts: Mapping[str, str], path: Path
                 and (row["shape"] == shape or (row["shape"] == "rod" and float(row["aspect"]) == 1.0))
             )
             aspects, cores = zip(*own, strict=True)
-            style, side = ("-" if friction == 0.0 else "--"), ("right" if shape == "rod" else "left")
+            style = "-" if friction == 0.0 else "--"
             axes.plot(aspects, cores, style, color=color, marker="o", markersize=4, linewidth=1.2)
+            at, offset, side = (-1, (6, -3), "left")
+            if shape == "rod":
+                at, offset, side = (-1, (-12, -3), "right") if friction == 0.0 else (-2, (6, 6), "left")
             axes.annotate(
-                f"{NAMES[shape]}, friction {friction:g}", (aspects[-1], cores[-1]), xytext=(5, 5),
+                f"{NAMES[shape]}, friction {friction:g}", (aspects[at], cores[at]), xytext=offset,
                 textcoords="offset points", color=color, fontsize=8.5, ha=side,
             )  # fmt: skip
     for aspect, fraction, name, color in PUBLISHED:
-        axes.scatter([aspect], [fraction], marker="x", s=45, color=color, zorder=4)
-        axes.annotate(
-            name, (aspect, fraction), xytext=(6, 3), textcoords="offset points", fontsize=8, color=color
-        )
+        axes.scatter([aspect], [fraction], marker="x", s=45, color=color, zorder=4, label=name)
+    axes.legend(loc="upper right", frameon=False, fontsize=8.5)
     axes.set_xlabel("length over width")
     axes.set_ylabel("core fraction")
     output.save_figure(figure, path, facts)
