@@ -51,7 +51,7 @@ NOTES = (
     "friction: spheres 0.64; rods at most 0.721 at aspect 1.45 (Imaz Gonzalez and Cinacchi, J. Phys. Chem. B",
     "127 (2023) 6814), by theory 0.731, and pairs 0.707 (Baule et al., Nat. Commun. 4 (2013) 2194); pairs",
     "poured in LAMMPS are densest at aspect 1.4 to 1.5 (Kurban and Baule, Soft Matter 17 (2021) 8877).",
-    "Rods of aspect 4 and 5 without friction come out looser than with it: an open fault of tall beds of them.",
+    "Rods of aspect 4 and 5 without friction come out looser than with it: an open fault of tall beds.",
     "Gravity: 20 free-fall times, or until still. Elastic part: what the overlaps at the end account for.",
     "LAMMPS, trimmed: poured by LAMMPS from apart until still, each clump smaller until none overlaps.",
 )
