@@ -9,6 +9,7 @@ from packgen.bodies import SINGLE, members_of
 from packgen.check import check_bed
 from packgen.errors import PackingError
 from packgen.filling.pack import PackResult, pack
+from packgen.measure import contacts
 
 BOX = {"box": {"min": [0, 0, 0], "max": [0.1, 0.1, 0.2]}}
 DIMER = {
@@ -126,6 +127,14 @@ def test_a_box_without_a_floor_is_refused():
 def test_a_bed_of_clumps_is_not_divided_into_tiles():
     with pytest.raises(PackingError, match="found a clump, expected none: not supported yet with --workers"):
         packed([DIMER], 3, params={"tile": 30})
+
+
+@pytest.mark.physics
+def test_a_dimer_rests_on_more_than_the_four_others_that_friction_needs():
+    dimers = {"radius_distribution": "constant", "radius": 1.0}
+    dimers["shape"] = {"dumbbell": {"radius": 1.0, "distance": 1.6}}
+    bed = packed([dimers], 500, {"cylinder": {"radius": 8, "height": 40}}).bed
+    assert contacts(bed, (1e-3,))[0].mean > 4.5
 
 
 @pytest.mark.slow

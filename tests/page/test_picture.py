@@ -12,6 +12,7 @@ import pytest
 from packgen.bed import ParticleSet
 from packgen.errors import PackgenError
 from packgen.page import PICTURES, picture_folder, write_pictures
+from packgen.page.render import _depth, _seen
 from tests.page.test_report_page import lattice_folder
 
 
@@ -20,6 +21,17 @@ def coloured(path):
     from matplotlib.image import imread
 
     return np.ptp(imread(path)[..., :3], axis=-1) > 0.1
+
+
+def test_the_half_picture_keeps_or_drops_whole_clumps():
+    rng = np.random.default_rng(1)
+    centre = rng.uniform(-5.0, 5.0, (200, 3))
+    offset = np.array([0.0, 0.6, 0.0])
+    position = np.concatenate([centre - offset, centre + offset])
+    body = np.tile(np.arange(200, dtype=np.int32), 2)
+    seen = _seen(position, np.ones(400), _depth(position, body), half=True)
+    kept = np.bincount(body[seen], minlength=200)
+    assert kept.tolist() == np.where(centre[:, 1] >= 0.0, 2, 0).tolist()
 
 
 @pytest.mark.slow

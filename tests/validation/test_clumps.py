@@ -10,6 +10,7 @@ import pytest
 import exporters
 from packgen.bodies import Bodies
 from packgen.check import check_bed
+from packgen.filling.pack import pack
 from packgen.settling import settle
 from packgen.validation import validate
 from packgen.validation.measure import Trajectory, gravity_run
@@ -67,6 +68,22 @@ def test_settled_clumps_are_where_the_solver_left_their_spheres(tmp_path, solver
     settled = settle(bed, tmp_path, solver=solver, time=0.02).bed
     assert settled.bodies.position[:, 2].mean() < bed.bodies.position[:, 2].mean()
     assert check_bed(settled).bodies.misplaced_count == 0
+
+
+@pytest.mark.slow
+@pytest.mark.physics
+@pytest.mark.solver
+@pytest.mark.skipif(shutil.which("lmp") is None, reason="lmp is not installed")
+def test_tetrapods_hardly_move_in_the_solver(tmp_path):
+    tetrapods = {"radius_distribution": "constant", "radius": 0.005, "density": 2500}
+    tetrapods["shape"] = {"tetrapod": {"radius": 0.003, "arm": 0.008}, "spheres": 5}
+    cylinder = {"cylinder": {"radius": 0.03, "height": 0.3}}
+    bed = pack({"container": cylinder, "particle_sets": [tetrapods], "zones": [{"n_particles": 200}]}).bed
+    exporter = exporters.get("lammps")
+    exporter.write(bed, tmp_path, exporter.Options())
+    report = validate(bed, tmp_path, solver="lammps")
+    assert report.passed, report.missed
+    assert report.gravity_run.sinking < 0.015
 
 
 def test_ways_are_those_of_bodies_and_a_body_that_loses_a_sphere_is_lost():

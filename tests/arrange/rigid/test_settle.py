@@ -93,8 +93,8 @@ def test_a_body_that_is_pushed_off_its_centre_turns():
 
 
 def test_a_body_without_room_goes_as_a_whole_and_the_other_stays():
-    both = bodies_at(np.array([[1.1, 1.1, 1.1], [1.15, 1.1, 1.1]]))
-    _, kept = settle_bodies(both, np.empty((0, 4)), walls((2.2, 2.2, 1.6)), DOWN, FALLING)
+    both = bodies_at(np.array([[1.05, 0.72, 0.57], [1.1, 0.72, 0.57]]))
+    _, kept = settle_bodies(both, np.empty((0, 4)), walls((2.1, 1.45, 1.15)), DOWN, FALLING)
     assert kept.tolist().count(True) == 1
 
 
