@@ -18,11 +18,11 @@ make_page = importlib.import_module("make_page")
 TINY = {
     "batch_size": ["--spheres", "40", "--batches", "20", "--width", "0.5", "--seeds", "2"],
     "learning_rate": ["--spheres", "20", "--steps", "30"],
-    "core_density": ["--width", "0.5", "--seeds", "1"],
-    "threads": ["--spheres", "30", "--threads", "1", "2", "--seeds", "1"],
+    "core_density": ["--width", "0.4", "--seeds", "1"],
+    "threads": ["--spheres", "20", "--threads", "1", "2", "--seeds", "1"],
     "sphere_count": ["--counts", "20", "40", "--seeds", "1"],
-    "cone": ["--seeds", "1", "--share", "0.1"],
-    "furnace": ["--spheres", "24"],
+    "cone": ["--seeds", "1", "--share", "0.05"],
+    "furnace": ["--spheres", "16"],
 }
 
 

@@ -40,7 +40,7 @@ REFERENCE = {"cylinder": {"radius": 0.5, "height": 1.6}}
 CORE_MARGIN = 2.0  # mean diameters
 POINTS = 2**16
 NEAREST = 24
-LIMITS = Limits(free_fall_times=6.0, work_budget=1.0e9)
+LIMITS = Limits(free_fall_times=3.0, work_budget=1.0e9)
 
 
 def cyclone() -> trimesh.Trimesh:
