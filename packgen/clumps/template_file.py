@@ -19,6 +19,7 @@ from packgen.errors import ReadError
 COLUMNS = ("x", "y", "z", "r")
 SPHERES_MAX = 100_000
 BYTES_MAX = 20_000_000
+FAULTS_MAX = 20  # lines of a file that are named
 INERTIA = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 VOLUME_KEY, PLACE_KEY, INERTIA_KEY = "volume_m3", "centre_m", "inertia_m5"
 LENGTHS_OF_KEYS = {VOLUME_KEY: 1, PLACE_KEY: 3, INERTIA_KEY: 6}
@@ -80,20 +81,37 @@ def read_template(path: Path) -> Template:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ReadError(f"{path}: cannot be read as text ({error}); expected rows x y z r") from error
-    rows: list[list[float]] = []
-    said: dict[str, list[float]] = {}
-    for number, line in enumerate(lines, 1):
-        row, _, comment = line.partition("#")
-        _note(comment, said, f"{path}:{number}")
-        parts = row.replace(",", " ").replace(";", " ").split()
-        if not parts or (not rows and tuple(each.lower() for each in parts[:4]) == COLUMNS):
-            continue
-        rows.append(_sphere(parts, f"{path}:{number}"))
+    rows, said = _rows(lines, path)
     if not rows:
         raise ReadError(f"{path}: found no spheres, expected rows x y z r")
     if len(rows) > SPHERES_MAX:
         raise ReadError(f"{path}: found {len(rows):,} spheres, expected at most {SPHERES_MAX:,} of one clump")
     return _template(path, np.array(rows), said)
+
+
+def _rows(lines: list[str], path: Path) -> tuple[list[list[float]], dict[str, list[float]]]:
+    """Return the spheres and the mass properties of a file's lines.
+
+    Raises:
+        ReadError: Lines hold neither; one line each, at most `FAULTS_MAX` and how many more there are.
+    """
+    rows: list[list[float]] = []
+    said: dict[str, list[float]] = {}
+    faults: list[str] = []
+    for number, line in enumerate(lines, 1):
+        row, _, comment = line.partition("#")
+        parts = row.replace(",", " ").replace(";", " ").split()
+        try:
+            _note(comment, said, f"{path}:{number}")
+            if parts and (rows or tuple(each.lower() for each in parts[:4]) != COLUMNS):
+                rows.append(_sphere(parts, f"{path}:{number}"))
+        except ReadError as error:
+            faults.append(str(error))
+    if len(faults) > FAULTS_MAX:
+        faults[FAULTS_MAX:] = [f"{path}: found {len(faults) - FAULTS_MAX:,} faults more, expected none"]
+    if faults:
+        raise ReadError("\n".join(faults))
+    return rows, said
 
 
 def _sphere(parts: list[str], place: str) -> list[float]:

@@ -11,13 +11,14 @@ import numpy as np
 from typing_extensions import override
 
 from packgen.arrays import Float64Array
-from packgen.distributions.base import ParameterError, StepLaw
+from packgen.distributions.base import Fault, ParameterError, StepLaw
 from packgen.portable import cube
 
 __all__ = ["Discrete", "Listed"]
 
 SUM_SLACK = 2.0e-3  # lets thirds be written as 0.333
 FILE_LIMIT = 500_000_000  # bytes
+FAULTS_MAX = 20  # lines of a file that are named
 
 
 class Discrete(StepLaw):
@@ -81,7 +82,7 @@ class Listed(StepLaw):
         """Read the radii [m] of a file: one a line, or the column ``radius`` of a csv; # starts a comment.
 
         Raises:
-            ParameterError: The file cannot be read, or a line holds no radius; the fault gives the line.
+            ParameterError: The file cannot be read, or lines hold no radius; the first 20 are named.
         """
         try:
             size = path.stat().st_size
@@ -123,21 +124,24 @@ def _parse(lines: list[str], path: Path) -> Float64Array:
     elif separator:
         found = f"{path}:{rows[0][0]} with the columns {', '.join(header)[:60]}"
         raise ParameterError((("path",), found, "a column called radius, or one radius a line"))
-    radii = np.empty(len(rows))
-    for place, (index, row) in enumerate(rows):
-        radii[place] = _radius(row.split(separator) if separator else [row], column, f"{path}:{index}")
+    cells = [row.split(separator) if separator else [row] for _, row in rows]
+    texts = [each[column].strip() if column < len(each) else "" for each in cells]
+    radii = np.array([_number(text) for text in texts])
+    wrong = np.flatnonzero(~(np.isfinite(radii) & (radii > 0.0)))
+    expected = "a finite radius greater than 0, in metres"
+    faults: list[Fault] = [
+        (("path",), f"{texts[k][:40]!r} in {path}:{rows[k][0]}", expected) for k in wrong[:FAULTS_MAX]
+    ]
+    if len(wrong) > FAULTS_MAX:
+        faults.append((("path",), f"{len(wrong) - FAULTS_MAX:,} such lines more in {path}", expected))
+    if faults:
+        raise ParameterError(*faults)
     return radii
 
 
-def _radius(cells: list[str], column: int, place: str) -> float:
-    """Return the radius [m] in a row's column."""
-    text = cells[column].strip() if column < len(cells) else ""
+def _number(text: str) -> float:
+    """Return the number that a text is, nan where it is none."""
     try:
-        radius = float(text)
+        return float(text)
     except ValueError:
-        radius = math.nan
-    if not (math.isfinite(radius) and radius > 0.0):
-        raise ParameterError(
-            (("path",), f"{text[:40]!r} in {place}", "a finite radius greater than 0, in metres")
-        )
-    return radius
+        return math.nan

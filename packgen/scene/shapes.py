@@ -172,7 +172,7 @@ class ShapeSpec(Keys):
             wanted = None if self.spheres is None and name not in MESHES else self._wanted()
             return clumps.make_clump(clumps.shape_of(name, _given(sizes)), wanted).template
         except (PackgenError, ValueError) as error:
-            raise fault(("", *_halves(str(error)))) from error
+            raise fault(*(("", *_halves(line)) for line in str(error).splitlines())) from error
 
     def _wanted(self) -> Wanted:
         from packgen.clumps import Wanted

@@ -86,3 +86,13 @@ def test_a_file_that_is_no_clump_is_refused_in_a_line(text, said, tmp_path):
     assert "\n" not in str(error.value)
     with pytest.raises(ReadError, match="no such file"):
         read_template(tmp_path / "none.txt")
+
+
+def test_each_wrong_line_is_named_up_to_twenty_and_their_number(tmp_path):
+    path = tmp_path / "wrong.txt"
+    path.write_text("0 0 0 1\n" + "1 2 3 x\n" * 1000)
+    with pytest.raises(ReadError) as error:
+        read_template(path)
+    lines = str(error.value).splitlines()
+    assert [line.partition(": found")[0] for line in lines[:20]] == [f"{path}:{k}" for k in range(2, 22)]
+    assert lines[20:] == [f"{path}: found 980 faults more, expected none"]
