@@ -12,6 +12,7 @@ from packgen.cli import main
 from packgen.sweep import processes
 from packgen.sweep.processes import Ended
 from tests.cli.scenes import SCENE
+from tests.seeds import raised
 
 BOTH = ["--algorithms", "COLLECTIVE_ARRANGEMENT,DISPERSED"]
 
@@ -34,12 +35,13 @@ def runs(core, monkeypatch, capsys):
 
 def test_each_algorithm_has_each_seed_one_seed_of_all_before_the_next(scene, runs, capsys):
     assert main(["contest", scene, *BOTH, "--seeds", "2", "--set", "seed=3", "--quiet"]) == 0
-    names = [f"{name}_seed={seed}" for seed in (3, 4) for name in ("COLLECTIVE_ARRANGEMENT", "DISPERSED")]
+    seeds = (raised(3), raised(4))
+    names = [f"{name}_seed={seed}" for seed in seeds for name in ("COLLECTIVE_ARRANGEMENT", "DISPERSED")]
     assert list(runs) == names
     with Path("box.contest", "contest.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [(row["algorithm"], row["seed"], row["sphere_count"]) for row in rows[:2]] == [
-        ("COLLECTIVE_ARRANGEMENT", "3", "125"), ("DISPERSED", "3", "125"),
+        ("COLLECTIVE_ARRANGEMENT", str(seeds[0]), "125"), ("DISPERSED", str(seeds[0]), "125"),
     ]  # fmt: skip
 
 
@@ -54,13 +56,13 @@ def test_the_scenes_own_algorithm_keeps_its_settings_and_another_has_the_toleran
 def test_one_that_cannot_do_the_scene_says_why_and_stops_no_other(scene, runs, capsys):
     Path(scene).write_text(SCENE.replace("n_particles: 125", "n_particles: 125, gap: 0.1"))
     assert main(["contest", scene, *BOTH, "--set", "algorithm=DISPERSED"]) == 0
-    assert list(runs) == ["DISPERSED_seed=7"]
+    assert list(runs) == [f"DISPERSED_seed={raised(7)}"]
     shown = capsys.readouterr().out
     assert "COLLECTIVE_ARRANGEMENT: " in shown
     assert "gap" in shown.split("COLLECTIVE_ARRANGEMENT: ")[1].splitlines()[0]
     page = Path("box.contest", "contest.html").read_text()
     assert "why there is no bed" in page
-    assert 'href="DISPERSED_seed=7/report.html"' in page
+    assert f'href="DISPERSED_seed={raised(7)}/report.html"' in page
 
 
 def test_the_standings_as_json_have_every_bed(scene, runs, monkeypatch):
