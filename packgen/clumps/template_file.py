@@ -15,11 +15,11 @@ from packgen.arrays import Float64Array
 from packgen.bodies import MassProperties, Template
 from packgen.clumps.template import template_of_spheres
 from packgen.errors import ReadError
+from packgen.filefaults import Faults
 
 COLUMNS = ("x", "y", "z", "r")
 SPHERES_MAX = 100_000
 BYTES_MAX = 20_000_000
-FAULTS_MAX = 20  # lines of a file that are named
 INERTIA = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 VOLUME_KEY, PLACE_KEY, INERTIA_KEY = "volume_m3", "centre_m", "inertia_m5"
 LENGTHS_OF_KEYS = {VOLUME_KEY: 1, PLACE_KEY: 3, INERTIA_KEY: 6}
@@ -93,50 +93,38 @@ def _rows(lines: list[str], path: Path) -> tuple[list[list[float]], dict[str, li
     """Return the spheres and the mass properties of a file's lines.
 
     Raises:
-        ReadError: Lines hold neither; one line each, at most `FAULTS_MAX` and how many more there are.
+        ReadError: Lines hold neither; see `Faults`.
     """
     rows: list[list[float]] = []
     said: dict[str, list[float]] = {}
-    faults: list[str] = []
+    faults = Faults(path)
     for number, line in enumerate(lines, 1):
         row, _, comment = line.partition("#")
+        _note(comment, said, faults, number)
         parts = row.replace(",", " ").replace(";", " ").split()
-        try:
-            _note(comment, said, f"{path}:{number}")
-            if parts and (rows or tuple(each.lower() for each in parts[:4]) != COLUMNS):
-                rows.append(_sphere(parts, f"{path}:{number}"))
-        except ReadError as error:
-            faults.append(str(error))
-    if len(faults) > FAULTS_MAX:
-        faults[FAULTS_MAX:] = [f"{path}: found {len(faults) - FAULTS_MAX:,} faults more, expected none"]
-    if faults:
-        raise ReadError("\n".join(faults))
+        if parts and (rows or tuple(each.lower() for each in parts[:4]) != COLUMNS):
+            rows.append(_sphere(parts, faults, number))
+    faults.check()
     return rows, said
 
 
-def _sphere(parts: list[str], place: str) -> list[float]:
-    """Return the numbers of a row.
-
-    Raises:
-        ReadError: They are no sphere.
-    """
+def _sphere(parts: list[str], faults: Faults, number: int) -> list[float]:
+    """Return the numbers of a row; where they are no sphere, add a fault."""
+    found = repr(" ".join(parts))
     try:
         values = [float(each) for each in parts]
-    except ValueError as error:
-        raise ReadError(f"{place}: found {' '.join(parts)!r}, expected four numbers x y z r") from error
+    except ValueError:
+        faults.add(found, "four numbers x y z r", place=number)
+        return []
     if len(values) != 4 or not all(map(math.isfinite, values)):
-        raise ReadError(f"{place}: found {' '.join(parts)!r}, expected four finite numbers x y z r")
-    if not values[3] > 0.0:
-        raise ReadError(f"{place}: found a radius of {values[3]:g}, expected one above 0")
+        faults.add(found, "four finite numbers x y z r", place=number)
+    elif not values[3] > 0.0:
+        faults.add(f"a radius of {values[3]:g}", "one above 0", place=number)
     return values
 
 
-def _note(comment: str, said: dict[str, list[float]], place: str) -> None:
-    """Take a mass property out of a comment, where it has one.
-
-    Raises:
-        ReadError: Its numbers are none, or too few.
-    """
+def _note(comment: str, said: dict[str, list[float]], faults: Faults, number: int) -> None:
+    """Take a mass property out of a comment, where it has one; where its numbers are wrong, add a fault."""
     key, _, text = comment.strip().partition(":")
     if key not in LENGTHS_OF_KEYS:
         return
@@ -145,9 +133,7 @@ def _note(comment: str, said: dict[str, list[float]], place: str) -> None:
     except ValueError:
         values = []
     if len(values) != LENGTHS_OF_KEYS[key] or not all(map(math.isfinite, values)):
-        raise ReadError(
-            f"{place}: found {comment.strip()!r}, expected {key} and {LENGTHS_OF_KEYS[key]} numbers"
-        )
+        faults.add(repr(comment.strip()), f"{key} and {LENGTHS_OF_KEYS[key]} numbers", place=number)
     said[key] = values
 
 

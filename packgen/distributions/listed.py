@@ -12,13 +12,13 @@ from typing_extensions import override
 
 from packgen.arrays import Float64Array
 from packgen.distributions.base import Fault, ParameterError, StepLaw
+from packgen.filefaults import FAULTS_MAX
 from packgen.portable import cube
 
 __all__ = ["Discrete", "Listed"]
 
 SUM_SLACK = 2.0e-3  # lets thirds be written as 0.333
 FILE_LIMIT = 500_000_000  # bytes
-FAULTS_MAX = 20  # lines of a file that are named
 
 
 class Discrete(StepLaw):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from packgen.errors import ReadError
+from packgen.filefaults import fault
 from packgen.reading import dump, extxyz, lammps_data, mfix, table
-from packgen.reading.faults import fault
 from packgen.reading.npz import read_npz
 from packgen.reading.spheres import SphereFile
 from packgen.reading.steps import refuse_step

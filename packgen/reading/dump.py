@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.reading.faults import fault, shown
+from packgen.filefaults import fault, shown
 from packgen.reading.plausible import refuse_named_units
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
 from packgen.reading.spheres import Cell, SphereFile, from_columns

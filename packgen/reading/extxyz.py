@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from packgen.arrays import Float64Array
-from packgen.reading.faults import Faults, fault, shown
+from packgen.filefaults import Faults, fault, shown
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, read_columns
 from packgen.reading.spheres import Cell, Groups, SphereFile, from_columns
 from packgen.reading.steps import place_of_step

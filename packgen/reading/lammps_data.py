@@ -12,7 +12,7 @@ import re
 
 import numpy as np
 
-from packgen.reading.faults import fault
+from packgen.filefaults import fault
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, read_columns
 from packgen.reading.spheres import SphereFile, from_columns
 from packgen.reading.text import Text

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from packgen.reading.faults import fault, shown
+from packgen.filefaults import fault, shown
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, read_columns
 from packgen.reading.spheres import SphereFile, from_columns
 from packgen.reading.text import Text

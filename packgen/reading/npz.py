@@ -11,7 +11,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array
 from packgen.bodies import Bodies, bodies_of_arrays, has_members
-from packgen.reading.faults import Faults, fault
+from packgen.filefaults import Faults, fault
 from packgen.reading.known import set_names
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
 from packgen.reading.spheres import Cell, Groups, SphereFile

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from packgen.filefaults import fault, shown
 from packgen.geometry import Container
-from packgen.reading.faults import fault, shown
 from packgen.reading.spheres import SphereFile
 from packgen.units import LENGTHS
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 
 from packgen.arrays import BoolArray, Float64Array
-from packgen.reading.faults import Faults, fault, shown
+from packgen.filefaults import Faults, fault, shown
 
 SAMPLE = 1000  # rows whose digits are counted
 WHOLE_MAX = 2.0**53  # whole numbers beyond it are no float64

@@ -13,7 +13,7 @@ import numpy as np
 from packgen.arrays import Int32Array, Int64Array, distinct
 from packgen.bed import ParticleSet
 from packgen.errors import ReadError
-from packgen.reading.faults import Faults, fault
+from packgen.filefaults import Faults, fault
 from packgen.reading.known import Known
 from packgen.reading.spheres import Groups, SphereFile
 

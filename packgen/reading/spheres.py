@@ -12,7 +12,7 @@ import numpy as np
 
 from packgen.arrays import Float64Array, Int32Array, Int64Array
 from packgen.bodies import Bodies
-from packgen.reading.faults import Faults, fault
+from packgen.filefaults import Faults, fault
 
 INT32_MAX = 2**31 - 1
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from packgen.reading.faults import fault
+from packgen.filefaults import fault
 
 SHOWN_MAX = 10
 

@@ -10,7 +10,7 @@ import io
 import re
 from types import MappingProxyType
 
-from packgen.reading.faults import fault, shown
+from packgen.filefaults import fault, shown
 from packgen.reading.plausible import refuse_named_units
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, digits_of, read_columns
 from packgen.reading.spheres import SphereFile, from_columns

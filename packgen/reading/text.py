@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from packgen.reading.faults import fault
+from packgen.filefaults import fault
 from packgen.reading.rows import Rows
 
 HEAD = 65_536  # bytes in which a file that is no text shows

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from packgen.arrays import Float64Array
+from packgen.filefaults import Faults, fault
 from packgen.leftovers import SCRATCH, owner
 from packgen.reading import vtk_points
-from packgen.reading.faults import Faults, fault
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
 from packgen.reading.spheres import SphereFile, from_columns
 

@@ -1,4 +1,4 @@
-"""Faults of a file of spheres: one line each, at most twenty of them and how many more there are."""
+"""Faults of a file that holds spheres: one line each, at most twenty of them and how many more there are."""
 
 from __future__ import annotations
 
