@@ -18,7 +18,16 @@ from numpy.typing import NDArray
 
 from exporters.walls import lammps_regions as regions
 from packgen.errors import ExportError
-from packgen.geometry import Container, Mesh, Motion, Polyhedron, Surface, WallPart
+from packgen.geometry import (
+    Container,
+    Mesh,
+    Motion,
+    Polyhedron,
+    Rotation,
+    Surface,
+    Translation,
+    WallPart,
+)
 
 FLAT = 1.0e-6  # of the container's size: what is thinner has no thickness
 LEAN = 1.0e-6  # sine of the angle by which a wall may lean over an opening
@@ -154,16 +163,12 @@ def _is_within(container: Container, corners: Float64Array, size: float) -> bool
     walls = container.surface.vertices[container.surface.faces[container.part_index < 0]].reshape(-1, 3)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    reach = np.stack(
-        [
-            function(walls @ each - corner @ each)
-            for each, corner in zip(normal, corners[:, 0], strict=True)
-            for function in (np.min, np.max)
-        ]
-    ).reshape(-1, 2)
     slack = 10 * regions.SAME_OFFSET * size
-    return bool((reach[:, 0] < -slack).any() and (reach[:, 1] > slack).any()
-                and ((reach[:, 0] < -slack) & (reach[:, 1] > slack)).any())  # fmt: skip
+    for each, corner in zip(normal, corners[:, 0], strict=True):
+        height = walls @ each - corner @ each
+        if height.min() < -slack and height.max() > slack:
+            return True
+    return False
 
 
 def _is_block(corners: Float64Array, size: float) -> bool:
@@ -252,8 +257,6 @@ def motion_commands(motion: Motion, label: str) -> tuple[tuple[str, ...], str]:
 
     Reference: LAMMPS manual, page "region", keywords move and rotate: variables, evaluated at each step.
     """
-    from packgen.geometry import Rotation, Translation
-
     if isinstance(motion, Rotation):
         name = f"turn_{label}"
         place = " ".join(map(repr, [*motion.origin.tolist(), *motion.axis.tolist()]))

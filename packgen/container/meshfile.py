@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
@@ -148,8 +148,9 @@ def _binary_stl(path: Path) -> tuple[Float64Array, Int64Array] | None:
 
 def _load_with_meshio(path: Path) -> tuple[Float64Array, Int64Array]:
     mesh = read_with_meshio(path)
-    # A mesh of volumes implies its boundary. The surfaces that some programs add repeat it.
-    return mesh.points, _boundary(mesh.cells) if mesh.is_volume else _triangulated(mesh.cells)
+    if mesh.is_volume:  # implies its boundary: the surfaces that some programs add repeat it
+        return mesh.points, fans(boundary_polygons(mesh.cells))[:, 1:]
+    return mesh.points, _triangulated(mesh.cells)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -229,14 +230,14 @@ def boundary_polygons(blocks: list[Any]) -> list[tuple[int, ...]]:
     return [outer for outer in seen.values() if outer is not None]
 
 
-def _boundary(blocks: list[Any]) -> Int64Array:
-    """Return the triangulated faces of volume cells that belong to one cell only, indices, shape (F, 3)."""
-    triangles = [
-        (outer[0], outer[k], outer[k + 1])
-        for outer in boundary_polygons(blocks)
-        for k in range(1, len(outer) - 1)
+def fans(polygons: Sequence[tuple[int, ...]]) -> Int64Array:
+    """Return polygons as triangles: index of the polygon, then corners, shape (F, 4)."""
+    rows = [
+        (index, polygon[0], polygon[k], polygon[k + 1])
+        for index, polygon in enumerate(polygons)
+        for k in range(1, len(polygon) - 1)
     ]
-    return np.array(triangles, np.int64).reshape(-1, 3)
+    return np.array(rows, np.int64).reshape(-1, 4)
 
 
 def clean_surface(vertices: Float64Array, faces: Int64Array) -> tuple[Surface, tuple[str, ...]]:

@@ -20,6 +20,7 @@ from packgen.container.meshfile import (
     boundary_polygons,
     check_corners,
     clean_surface,
+    fans,
     read_file,
     read_with_meshio,
 )
@@ -175,12 +176,7 @@ def _names(raw: Any, number: int, count: int) -> list[tuple[str, ...]]:
 
 def _facets(points: Float64Array, polygons: Sequence[tuple[Corners, tuple[str, ...]]], outer: int) -> _Facets:
     """Return polygons as triangles, of which so many of the first polygons bound the mesh."""
-    faces = [
-        (index, polygon[0], polygon[k], polygon[k + 1])
-        for index, (polygon, _) in enumerate(polygons)
-        for k in range(1, len(polygon) - 1)
-    ]
-    table = np.array(faces, np.int64).reshape(-1, 4)
+    table = fans([polygon for polygon, _ in polygons])
     groups: dict[str, BoolArray] = {}
     for index, (_, names) in enumerate(polygons):
         for name in names:
