@@ -18,6 +18,9 @@ LEVELS = 40
 
 STACK = 8 * LEVELS
 
+LAST = 7
+"""The last octant."""
+
 
 class BallTree(NamedTuple):
     """Balls in a loose octree.
@@ -75,6 +78,50 @@ def add_balls(tree: BallTree, ball: NDArray[np.float64]) -> None:
 
 
 @inner_loop
+def octants_below(
+    tree: BallTree,
+    node: int,
+    own: int,
+    x: float,
+    y: float,
+    z: float,
+    half: float,
+    stack: NDArray[np.int64],
+    middle: NDArray[np.float64],
+    depth: int,
+) -> int:
+    """Put the cells below one on a stack, the octant ``own`` of its last, which is looked at first.
+
+    Args:
+        tree: The cells.
+        node: The cell.
+        own: The octant.
+        x: Middle of the cell [m].
+        y: Middle of the cell [m].
+        z: Middle of the cell [m].
+        half: Half its width [m].
+        stack: Cells to be looked at, shape (STACK,); changes.
+        middle: Their middles and half widths [m], shape (STACK, 4); changes.
+        depth: How many there are.
+
+    Returns:
+        How many there are now.
+    """
+    half *= 0.5
+    for k in range(7, -1, -1):
+        octant = own ^ k
+        below = tree.child[node, octant]
+        if below != 0:
+            stack[depth] = below
+            middle[depth, 0] = x + (half if octant & 1 else -half)
+            middle[depth, 1] = y + (half if octant & 2 else -half)
+            middle[depth, 2] = z + (half if octant & 4 else -half)
+            middle[depth, 3] = half
+            depth += 1
+    return depth
+
+
+@inner_loop
 def nearest_ball(  # type: ignore[no-untyped-def]
     tree: BallTree, x: float, y: float, z: float, within: float
 ):
@@ -109,16 +156,6 @@ def nearest_ball(  # type: ignore[no-untyped-def]
                 best = np.sqrt(square) - tree.ball[at, 3]
                 number = at
             at = tree.following[at]
-        half *= 0.5
         own = (1 if x >= mx else 0) + (2 if y >= my else 0) + (4 if z >= mz else 0)
-        for k in range(7, -1, -1):  # the point's own octant comes last, and is looked at first
-            octant = own ^ k
-            below = tree.child[node, octant]
-            if below != 0:
-                stack[depth] = below
-                middle[depth, 0] = mx + (half if octant & 1 else -half)
-                middle[depth, 1] = my + (half if octant & 2 else -half)
-                middle[depth, 2] = mz + (half if octant & 4 else -half)
-                middle[depth, 3] = half
-                depth += 1
+        depth = octants_below(tree, node, own, mx, my, mz, half, stack, middle, depth)
     return number, best

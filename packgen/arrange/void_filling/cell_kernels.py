@@ -29,16 +29,21 @@ from packgen.arrange.void_filling.wall_kernels import (
     Walls,
     ball_code,
     curved_wall,
+    has_image,
     image_shift,
     is_inside,
     nearest_of_all,
     nearest_triangle,
+    squarer,
     write_near,
 )
 from packgen.compiled import inner_loop
 
 LISTED = 32
 """What the list of a cell holds at most."""
+
+NEAREST_FEW = 8
+"""What it holds where all is too much, and how many spheres to come it keeps room for beside triangles."""
 
 LEAF, ENDED = 0, -1
 """In the place of a cell's first child: it has none; or nothing in it is wanted any more."""
@@ -124,11 +129,7 @@ def nearest_listed(
             normal = walls.normal[number]
             across = px * normal[0] + py * normal[1] + pz * normal[2]
             new = square < least * (1.0 - TIE)
-            if not new:
-                new = abs(across) > square_on * (1.0 + TIE) or (
-                    abs(across) >= square_on * (1.0 - TIE) and across < 0.0
-                )
-            if new:
+            if new or squarer(across, square_on):
                 facet, square_on, side = item, abs(across), 1.0 if across <= 0.0 else -1.0
             least = min(least, square)
         elif kind == PLANE_CODE:
@@ -234,8 +235,8 @@ def note(cells: Cells, cell: int, bench: Bench, state: int) -> None:
         cells.listed[cell], cells.state[cell] = count, state
         return
     cells.state[cell] = WIDE
-    least = 0
-    for place in range(8):
+    listed = 0
+    for place in range(NEAREST_FEW):
         best = -1
         for k in range(count):
             if bench.away[k] < np.inf and (best < 0 or bench.away[k] < bench.away[best]):
@@ -244,15 +245,15 @@ def note(cells: Cells, cell: int, bench: Bench, state: int) -> None:
             break
         cells.item[cell, place] = int(bench.near[best, 6])
         bench.away[best] = np.inf
-        least += 1
-    cells.listed[cell] = least
+        listed += 1
+    cells.listed[cell] = listed
 
 
 @inner_loop
 def note_facets(cells: Cells, cell: int, bench: Bench, first: int) -> None:
     """List in a cell the triangles known since there were ``first`` things, as far as it has room."""
     for k in range(first, bench.known[0]):
-        if bench.near[k, 0] == FACET and cells.listed[cell] < LISTED - 8:
+        if bench.near[k, 0] == FACET and cells.listed[cell] < LISTED - NEAREST_FEW:
             cells.item[cell, cells.listed[cell]] = int(bench.near[k, 6])
             cells.listed[cell] += 1
 
@@ -305,12 +306,7 @@ def list_ball(walls: Walls, tree: BallTree, cells: Cells, number: int) -> None:
     """Have a ball and its copies join the lists of the cells in which they may be nearest."""
     ball = tree.ball[number]
     for image in range(IMAGES):
-        ix, iy, iz = image // 9, image // 3 % 3, image % 3
-        if (
-            (ix and walls.period[0] == 0.0)
-            or (iy and walls.period[1] == 0.0)
-            or (iz and walls.period[2] == 0.0)
-        ):
+        if not has_image(walls, image):
             continue
         _list_ball(
             cells, ball_code(number, image),

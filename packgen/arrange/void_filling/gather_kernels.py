@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from packgen.arrange.space.feature_kernels import closest_on_triangle
-from packgen.arrange.void_filling.ball_tree_kernels import BallTree
+from packgen.arrange.void_filling.ball_tree_kernels import LAST, BallTree, octants_below
 from packgen.arrange.void_filling.cell_kernels import LISTED, ROUNDING, STACK, Cells, narrow
 from packgen.arrange.void_filling.climb_kernels import NEAR_MAX, ROOT3, Bench, look
 from packgen.arrange.void_filling.wall_kernels import (
@@ -16,6 +16,7 @@ from packgen.arrange.void_filling.wall_kernels import (
     Walls,
     ball_code,
     curved_wall,
+    has_image,
     image_shift,
     write_near,
 )
@@ -66,16 +67,7 @@ def _gather_balls(
                 write_near(walls, tree, ball_code(at, image), x, y, z, bench.near[bench.known[0]])
                 bench.known[0] += 1
             at = tree.following[at]
-        half *= 0.5
-        for octant in range(8):
-            below = tree.child[node, octant]
-            if below != 0:
-                stack[depth] = below
-                middle[depth, 0] = mx + (half if octant & 1 else -half)
-                middle[depth, 1] = my + (half if octant & 2 else -half)
-                middle[depth, 2] = mz + (half if octant & 4 else -half)
-                middle[depth, 3] = half
-                depth += 1
+        depth = octants_below(tree, node, LAST, mx, my, mz, half, stack, middle, depth)
     return True
 
 
@@ -148,13 +140,7 @@ def gather(
         if curved_wall(walls, k, x, y, z, reach, bench.near[bench.known[0]]) < reach:
             bench.known[0] += 1
     for image in range(IMAGES):
-        ix, iy, iz = image // 9, image // 3 % 3, image % 3
-        repeats = (
-            (ix == 0 or walls.period[0] > 0.0)
-            and (iy == 0 or walls.period[1] > 0.0)
-            and (iz == 0 or walls.period[2] > 0.0)
-        )
-        if not repeats or tree.size[0] == 0:
+        if tree.size[0] == 0 or not has_image(walls, image):
             continue
         if not _gather_balls(walls, tree, image, x, y, z, reach, half, bench):
             return False

@@ -12,7 +12,7 @@ from packgen.arrange.space.feature_kernels import closest_on_triangle
 from packgen.arrange.space.side_kernels import CUT, INSIDE
 from packgen.arrange.void_filling.ball_tree_kernels import BallTree, nearest_ball
 from packgen.clumps.tree_kernels import LEAF, STACK, box_distance
-from packgen.compiled import inner_loop, loop
+from packgen.compiled import inlined, inner_loop, loop
 
 FLAT, ROUND, FACET = 0.0, 1.0, 2.0
 """Kinds of what is near: a plane, the outside of a ball, a triangle."""
@@ -185,9 +185,7 @@ def nearest_triangle(  # type: ignore[no-untyped-def]
             across = px * walls.normal[t, 0] + py * walls.normal[t, 1] + pz * walls.normal[t, 2]
             new = square < best * (1.0 - TIE)
             if not new and number >= 0:
-                new = abs(across) > square_on * (1.0 + TIE) or (
-                    abs(across) >= square_on * (1.0 - TIE) and across < 0.0
-                )
+                new = squarer(across, square_on)
             if new or (number < 0 and square < best):
                 number, square_on, side = t, abs(across), 1.0 if across <= 0.0 else -1.0
             best = min(best, square)
@@ -207,11 +205,28 @@ def is_inside(walls: Walls, x: float, y: float, z: float, side: float) -> bool:
     return bool(side > 0.0 if label == CUT else label == INSIDE)
 
 
+@inlined
+def squarer(across: float, square_on: float) -> bool:
+    """Tell whether a triangle faces a point more squarely than one as near, or alike and from inside."""
+    return abs(across) > square_on * (1.0 + TIE) or (abs(across) >= square_on * (1.0 - TIE) and across < 0.0)
+
+
 @inner_loop
 def image_shift(walls: Walls, image: int, axis: int) -> float:
     """Return how far the copy of a sphere is from it along an axis [m]."""
     step = image // (9 if axis == 0 else (3 if axis == 1 else 1)) % 3
     return float((-1.0 if step == 1 else (1.0 if step == 2 else 0.0)) * walls.period[axis])
+
+
+@inner_loop
+def has_image(walls: Walls, image: int) -> bool:
+    """Tell whether spheres have such a copy: only along axes that wrap around; 0 is themselves."""
+    ix, iy, iz = image // 9, image // 3 % 3, image % 3
+    return bool(
+        (ix == 0 or walls.period[0] > 0.0)
+        and (iy == 0 or walls.period[1] > 0.0)
+        and (iz == 0 or walls.period[2] > 0.0)
+    )
 
 
 @inner_loop
