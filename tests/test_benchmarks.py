@@ -304,6 +304,48 @@ def test_advancing_front_tells_time_and_fraction_of_boxes_and_meshes(tmp_path):
     assert "column = 17 us" in (tmp_path / "advancing_front.txt").read_text()
 
 
+@pytest.mark.slow
+def test_clumps_are_timed_and_known_shapes_packed(tmp_path):
+    script = importlib.import_module("clumps")
+    script.main(["--parts", "speed", "curve", "--clumps", "30", "--judged", "40", "--out", str(tmp_path)])
+    with (tmp_path / "clumps_speed.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [(row["spheres each"], row["clumps"]) for row in rows] == [("3", "30"), ("8", "30"), ("20", "30")]
+    assert all(float(row["overlap / r"]) <= 1e-6 for row in rows)
+    with (tmp_path / "clumps_curve.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert len(rows) == 2 * 14
+    assert {row["clumps"] for row in rows} == {"40"}
+    assert (tmp_path / "clumps.png").read_bytes().startswith(b"\x89PNG")
+    script.main(["--parts", "--out", str(tmp_path)])  # the table again, from what is there
+    assert "ellipsoid of 20" in (tmp_path / "clumps.txt").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.skipif(shutil.which("lmp") is None, reason="lammps is not installed")
+def test_poured_clumps_are_trimmed_until_none_overlaps_and_judged():
+    script, beds = importlib.import_module("clumps"), importlib.import_module("clumps_beds")
+    bed, _ = script.timed(beds.in_cylinder(beds.JUDGED["dimer"], 25, raised(0), 2.0))
+    mark = importlib.import_module("clumps_poured").mark_of(bed, raised(0))
+    assert script.largest_overlap(mark) < 1e-9
+    row = script.judged_row("dimer", "LAMMPS, trimmed", mark)
+    assert (row["clumps"], row["lost"]) == (25, 0)
+    assert row["step-0 force [weights]"] < 1e-6
+
+
+@pytest.mark.slow
+def test_clump_makers_are_measured_on_every_stone(tmp_path):
+    script = importlib.import_module("clump_makers")
+    script.main(["--spheres", "4", "--out", str(tmp_path)])
+    with (tmp_path / "clump_makers.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    ours = [row for row in rows if row["made by"].startswith("packgen")]
+    assert [row["stone"] for row in ours] == ["crushed"] * 2 + ["pebble"] * 2 + ["shard"] * 2 + ["pebble"]
+    # Best fitting spheres have the stone's volume; inscribed ones lack some of it.
+    assert all((abs(float(row["volume [%]"])) < 1e-5) == ("best" in row["made by"]) for row in ours)
+
+
 @needs_liggghts
 @pytest.mark.solver
 @pytest.mark.slow
@@ -327,6 +369,8 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
         "speed_against_error",
         "scaling",
         "bed_quality",
+        "clump_makers",
+        "clumps",
         "densities",
         "export_speed",
         "facets",

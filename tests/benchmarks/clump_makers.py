@@ -41,6 +41,10 @@ HEAD = (
     "stone", "facets", "made by", "spheres", "volume [%]", "missing or outside [%]", "inertia [%]",
     "centre [equivalent d]", "time [s]",
 )  # fmt: skip
+PEER_NOTES = (
+    "CLUMP 0.3.3: Favier's way by the least distance, the Euclidean one at 102 divisions, overlap 0.6.",
+    "Its Euclidean clump of the shard is as CLUMP places it, beside the stone.",
+)
 Row = dict[str, Any]
 
 
@@ -154,8 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     notes = (
         f"The column of 5,000 spheres took {column_time(0):.1f} us a sphere in the same run: 17 where the",
         "figures of speed are from. Missing or outside: volume that the spheres miss and put outside.",
-        "CLUMP 0.3.3: Favier's way by the least distance, the Euclidean one at 102 divisions, overlap 0.6.",
-        "Its Euclidean clump of the shard is as CLUMP places it, beside the stone.",
+        *(PEER_NOTES if peers() else ()),
     )
     output.write_text(
         options.out / "clump_makers.txt", "Clumps of stones", facts, [output.table(HEAD, lines)], notes

@@ -172,7 +172,7 @@ def cell(value: float | str) -> str:
     """Return a value as tables show it."""
     if isinstance(value, str):
         return value
-    return f"{value:,.0f}" if value == round(value) and value >= 1000 else output.number(value, 4)
+    return f"{value:,.0f}" if value >= 1000 and value == round(value) else output.number(value, 4)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
