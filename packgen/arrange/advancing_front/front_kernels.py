@@ -20,9 +20,6 @@ BEST = 3
 PLACES_OF_ONE = 8
 """Places that a sphere keeps where each of its radii is another one."""
 
-WAITING_FEW = 32
-"""Draws that wait while new ones are still tried: were there more and more, a bed would end without them."""
-
 LOOKED_AT = 16
 """Draws that wait among which a sphere looks for one smaller than those that it had no place for."""
 
@@ -206,11 +203,8 @@ def _fitting_draw(front: Front, limit: float) -> int:
                 line[(first + m) % size] = line[(first + m - 1) % size]
             counter[LINE_FIRST] += 1
             return int(draw)
-    exhausted = counter[DRAWS] >= len(front.draw)
-    if waiting > WAITING_FEW or (exhausted and waiting > 0):
-        return NONE_FITS
-    if exhausted:
-        return NONE_LEFT
+    if counter[DRAWS] >= len(front.draw):
+        return NONE_FITS if waiting > 0 else NONE_LEFT
     draw = counter[DRAWS]
     counter[DRAWS] += 1
     if front.draw[draw] < limit:
