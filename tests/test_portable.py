@@ -86,6 +86,10 @@ def test_the_normal_integral_and_its_inverse_are_those_of_scipy():
     score = np.linspace(-8.4, 8.4, 169)
     integral = np.array([portable.normal_integral(float(each)) for each in score])
     assert integral == pytest.approx(ndtr(score), rel=1e-12, abs=1e-16)
+    tail = np.linspace(-37.0, -8.0, 59)
+    assert [portable.normal_integral(each) for each in tail.tolist()] == pytest.approx(ndtr(tail), rel=2e-13)
+    assert portable.normal_integral(-math.inf) == 0.0
+    assert portable.normal_integral(math.inf) == 1.0
     share = np.concatenate([10.0 ** np.linspace(-300.0, -1.0, 500), np.linspace(0.001, 0.999, 999)])
     assert portable.normal_quantile(share) == pytest.approx(ndtri(share), rel=2e-15, abs=1e-15)
     assert portable.normal_quantile(np.array([0.0, 0.5, 1.0])).tolist() == [-math.inf, 0.0, math.inf]

@@ -28,6 +28,7 @@ SMOOTH: list[Distribution] = [
     Normal(0.04, 0.005, 0.03, 0.042),
     Lognormal(0.04, 0.5),
     Lognormal(0.04, 0.3, 0.03, 0.1),
+    Lognormal(0.01, 3.0, 0.01, 0.1),
     RosinRammler(0.05, 3.0, 0.01, 0.1),
     RosinRammler(0.05, 0.8, 0.02, 0.2),
     RosinRammler(0.05, 40.0, 0.01, 0.1),
