@@ -20,11 +20,12 @@ class SceneError(PackgenError, ValueError):
     """A scene file that is wrong; all its faults at once.
 
     Attributes:
-        problems: One line a fault, ``file:line:column: path: found, expected``.
+        problems: One line a fault, ``file:line:column: path: found, expected``; what a terminal cannot show
+            is escaped.
     """
 
     def __init__(self, problems: Sequence[str]) -> None:
-        self.problems = tuple(problems)
+        self.problems = tuple(printable(problem) for problem in problems)
         super().__init__("\n".join(self.problems))
 
 
@@ -50,3 +51,8 @@ class SolverError(PackgenError):
     def __init__(self, message: str, *, exit_code: int = 1) -> None:
         super().__init__(message)
         self.exit_code = exit_code
+
+
+def printable(text: str) -> str:
+    """Return text as one line that a terminal can show."""
+    return "".join(each if each.isprintable() else repr(each)[1:-1] for each in text)

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from packgen.errors import printable
 from packgen.scene.yamlmarks import Key, Location, MarkedData, joined, path_text
 from packgen.values import Where
 
@@ -214,5 +215,5 @@ def _shown(value: Any) -> str:
 
 
 def _short(text: str) -> str:
-    plain = "".join(each if each.isprintable() else repr(each)[1:-1] for each in text[: 2 * TEXT_LIMIT])
+    plain = printable(text[: 2 * TEXT_LIMIT])
     return plain if len(plain) <= TEXT_LIMIT else f"{plain[: TEXT_LIMIT - 3]}..."

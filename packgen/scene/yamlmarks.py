@@ -161,9 +161,9 @@ def read_yaml(path: Path, *, spell: Callable[[str], str] = str) -> MarkedData:
     try:
         status = os.stat(path)
         if stat.S_ISDIR(status.st_mode):
-            raise SceneError([f"{_printable(name)}: found a directory, expected a scene file"])
+            raise SceneError([f"{name}: found a directory, expected a scene file"])
         if not stat.S_ISREG(status.st_mode):
-            raise SceneError([f"{_printable(name)}: found no regular file, expected a scene file"])
+            raise SceneError([f"{name}: found no regular file, expected a scene file"])
         if status.st_size > SIZE_LIMIT:
             raise SceneError([_too_large(name, status.st_size)])
         with path.open("rb") as stream:
@@ -172,15 +172,13 @@ def read_yaml(path: Path, *, spell: Callable[[str], str] = str) -> MarkedData:
         if isinstance(error, SceneError):
             raise
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise SceneError(
-            [f"{_printable(name)}: cannot be read: {reason}; give the path of a scene file"]
-        ) from error
+        raise SceneError([f"{name}: cannot be read: {reason}; give the path of a scene file"]) from error
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         found = f"byte 0x{content[error.start]:02x}"
-        raise SceneError([f"{_printable(name)}:{line}: found {found}, expected text in UTF-8"]) from error
+        raise SceneError([f"{name}:{line}: found {found}, expected text in UTF-8"]) from error
     return parse_yaml(text, name, spell=spell)
 
 
@@ -199,7 +197,6 @@ def parse_yaml(text: str, name: str, *, spell: Callable[[str], str] = str) -> Ma
         SceneError: The text is not YAML, too large or too deep, or uses what scenes do without: several
             documents, tags, merge keys, keys that are lists, keys that come twice.
     """
-    name = _printable(name)
     if len(text) > SIZE_LIMIT:
         raise SceneError([_too_large(name, len(text))])
     builder = _Builder(name, spell)
@@ -335,7 +332,7 @@ class _Builder:
 
     def _refuse_tag(self, event: yaml.ScalarEvent | yaml.CollectionStartEvent) -> None:
         if event.tag not in _TEXT_TAGS:
-            self._fault(event, f"found the tag {_printable(event.tag)}, expected a plain value")
+            self._fault(event, f"found the tag {event.tag}, expected a plain value")
 
     def _line(self, event: yaml.Event, problem: str) -> str:
         mark = _mark(event)
@@ -374,21 +371,16 @@ def _syntax_problem(name: str, text: str, error: yaml.YAMLError) -> str:
         reasons = [getattr(error, part, None) for part in ("context", "problem")]
         reason = ", ".join(each for each in reasons if each) or "not YAML"
         place = f"{name}:{mark.line + 1}:{mark.column + 1}"
-        return f"{place}: found no valid YAML ({_printable(reason)}), expected a scene"
+        return f"{place}: found no valid YAML ({reason}), expected a scene"
     position = getattr(error, "position", None)
     if isinstance(position, int):
         line = text.count("\n", 0, position) + 1
         return f"{name}:{line}: found a control character that YAML does not allow, expected plain text"
-    return f"{name}: found no valid YAML ({_printable(str(error))}), expected a scene"
+    return f"{name}: found no valid YAML ({error}), expected a scene"
 
 
 def _too_large(name: str, size: int) -> str:
     return (
-        f"{_printable(name)}: found {size} bytes, expected a scene of at most {SIZE_LIMIT}; "
+        f"{name}: found {size} bytes, expected a scene of at most {SIZE_LIMIT}; "
         "long lists of radii belong into a file (radius_distribution: file)"
     )
-
-
-def _printable(text: str) -> str:
-    """Return text as one line that a terminal can show."""
-    return "".join(each if each.isprintable() else repr(each)[1:-1] for each in text)

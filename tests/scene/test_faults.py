@@ -44,6 +44,11 @@ extra: 1
     assert "did you mean uniform?" in found[6]
 
 
+def test_a_name_that_no_terminal_can_show_is_escaped(tmp_path: Path) -> None:
+    text = f'{BOX}materials: {{"\\x1f": null}}\nwall_material: iron\n{SETS}'
+    assert any(each.endswith(r"one of the materials: \x1f") for each in problems(tmp_path, text))
+
+
 SET = "{radius_distribution: constant, radius: 0.1%s}"
 FAULTS = [
     ("gravity_axis: w", "2:15: gravity_axis: found 'w', expected x, y, z, -x, -y, -z or a vector"),
