@@ -11,8 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from packgen.arrays import Float64Array, Int32Array
-from packgen.page.spheres import Spheres, near_the_outside, read_spheres, upright_frame
+from packgen.arrays import Float64Array
+from packgen.page.spheres import (
+    Spheres,
+    depth_of_bodies,
+    near_the_outside,
+    read_spheres,
+    upright_frame,
+)
 
 HEIGHT_MAX, WIDTH_MAX, SIZE_MIN = 1400, 1600, 700  # pixels
 ELEVATION = math.radians(12.0)  # of the camera
@@ -41,7 +47,7 @@ def draw(spheres: Spheres, names: list[str], picture: Path, *, half: bool) -> No
         low = (position - radius[:, None]).min(axis=0)
         high = (position + radius[:, None]).max(axis=0)
     extent, position = high - low, position - 0.5 * (low + high)
-    seen = _seen(position, radius, _depth(position, spheres.body_index), half=half)
+    seen = _seen(position, radius, depth_of_bodies(position, spheres.body_index), half=half)
     # What the picture plane holds: the bed's height and, seen from above, its depth.
     tall = extent[2] * math.cos(ELEVATION) + extent[1] * math.sin(ELEVATION)
     wide = 1.35 * extent[0]  # with room for the legend
@@ -60,21 +66,6 @@ def draw(spheres: Spheres, names: list[str], picture: Path, *, half: bool) -> No
     plotter.camera.clipping_range = (0.01 * away, 3.0 * away)
     plotter.screenshot(picture)
     plotter.close()
-
-
-def _depth(position: Float64Array, body_index: Int32Array | None) -> Float64Array:
-    """Return how far behind the bed's middle the particle of each sphere is [m], shape (N,)."""
-    own = position[:, 1]
-    if body_index is None or len(own) == 0:
-        return own
-    body = np.unique(body_index, return_inverse=True)[1]
-    count = np.bincount(body)
-    lowest, highest = np.full(len(count), np.inf), np.full(len(count), -np.inf)
-    np.minimum.at(lowest, body, own)
-    np.maximum.at(highest, body, own)
-    # Across a seam of the box the parts of a body are far from each other: each goes by its own place.
-    whole = (highest - lowest < np.ptp(own) / 2.0)[body]
-    return np.where(whole, (np.bincount(body, own) / count)[body], own)
 
 
 def _seen(position: Float64Array, radius: Float64Array, depth: Float64Array, *, half: bool) -> np.ndarray:

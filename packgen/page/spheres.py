@@ -111,7 +111,8 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         ``radius_min`` and ``radius_max`` [m]; ``labels``, runs of spheres as (count, set, zone, batch); and
         as base64: ``place`` uint16 (x, y, z), from -span to span, and ``size`` uint8, from the smallest
         radius to the largest; where spheres belong to bodies ``body`` uint8, a number from 0 to 7 by which
-        bodies have their colours. Of a vessel that is known, ``outlines`` (see
+        bodies have their colours, and ``depth`` uint16, the y of the body's middle as in ``place``: a cut
+        shows or hides a body as a whole. Of a vessel that is known, ``outlines`` (see
         `packgen.page.outline.line_data`), and ``frame``, ``middle`` and ``half`` of what is to be seen [m].
     """
     sound = np.flatnonzero(
@@ -125,7 +126,11 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         high = (position + radius[:, None]).max(axis=0)
     middle = 0.5 * (low + high)
     position = position - middle
-    chosen = np.arange(len(sound)) if len(sound) <= limit else faithful_part(position, radius, limit)
+    body = None if spheres.body_index is None else spheres.body_index[sound]
+    depth = depth_of_bodies(position, body)
+    chosen = np.arange(len(sound))
+    if len(sound) > limit:
+        chosen = faithful_part(position, radius, limit, None if body is None else depth)
     position, radius, own = position[chosen], radius[chosen], sound[chosen]
     inside = np.ones(len(radius), dtype=bool)
     inside[near_the_outside(position, radius, cells=2)] = False
@@ -148,17 +153,41 @@ def view_data(spheres: Spheres, limit: int = SHOWN_MAX) -> dict[str, Any]:
         "labels": _runs(np.stack([inside, group, zone, batch], axis=1)[order]),
         "place": _base64(np.rint(PLACES * place).astype("<u2")),
         "size": _base64(np.rint(SIZES * share[order]).astype("u1")),
-        **_body_colours(spheres, own[order]),
+        **_bodies(spheres, own[order], depth[chosen][order], span[1]),
         **_vessel(spheres, low, high),
     }
 
 
-def _body_colours(spheres: Spheres, shown: Int64Array) -> dict[str, Any]:
-    """Return the colour of the body of each shown sphere; bodies that come one after the other differ."""
+def _bodies(spheres: Spheres, shown: Int64Array, depth: Float64Array, span: float) -> dict[str, Any]:
+    """Return the colour, neighbours in the list having others, and the depth of each shown sphere's body."""
     if spheres.body_index is None:
         return {}
     body = np.unique(spheres.body_index, return_inverse=True)[1]
-    return {"body": _base64((body[shown] % BODY_COLOURS).astype("u1"))}
+    place = np.clip(0.5 + 0.5 * depth / max(span, 1e-300), 0.0, 1.0)
+    return {
+        "body": _base64((body[shown] % BODY_COLOURS).astype("u1")),
+        "depth": _base64(np.rint(PLACES * place).astype("<u2")),
+    }
+
+
+def depth_of_bodies(position: Float64Array, body_index: Int32Array | None) -> Float64Array:
+    """Return how far behind the bed's middle the particle of each sphere is [m], shape (N,), float64.
+
+    Args:
+        position: Centres in the view's frame, around the bed's middle [m], shape (N, 3).
+        body_index: Body of each sphere, shape (N,); None: each sphere is a body.
+    """
+    own = position[:, 1]
+    if body_index is None or len(own) == 0:
+        return own
+    body = np.unique(body_index, return_inverse=True)[1]
+    count = np.bincount(body)
+    lowest, highest = np.full(len(count), np.inf), np.full(len(count), -np.inf)
+    np.minimum.at(lowest, body, own)
+    np.maximum.at(highest, body, own)
+    # Across a seam of the box the parts of a body are far from each other: each goes by its own place.
+    whole = (highest - lowest < np.ptp(own) / 2.0)[body]
+    return np.where(whole, (np.bincount(body, own) / count)[body], own)
 
 
 def _vessel(spheres: Spheres, low: Float64Array, high: Float64Array) -> dict[str, Any]:
@@ -190,7 +219,9 @@ def _runs(label: Int64Array) -> list[list[int]]:
     return np.column_stack([count, label[first, 1:]]).tolist()  # type: ignore[no-any-return]
 
 
-def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> Int64Array:
+def faithful_part(
+    position: Float64Array, radius: Float64Array, limit: int, depth: Float64Array | None = None
+) -> Int64Array:
     """Return which spheres to show of too many: what one sees of the whole, and of its half.
 
     In this order: spheres that the plane y = 0 cuts; those that are seen from outside; those seen
@@ -200,6 +231,8 @@ def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> I
         position: Centres around the bed's middle [m], shape (N, 3), float64.
         radius: Radii [m], shape (N,), float64.
         limit: Number of spheres to choose, less than N.
+        depth: How far behind y = 0 the body of each sphere is [m], shape (N,), float64: the plane shows or
+            hides bodies as wholes; None: it cuts spheres.
 
     Returns:
         Their indices in rising order, shape (limit,), int64.
@@ -208,9 +241,13 @@ def faithful_part(position: Float64Array, radius: Float64Array, limit: int) -> I
     step = len(radius) // limit + 1
     rank[::step] = 100.0
     pixel = 1.2 * float(np.median(radius))
-    cut = np.abs(position[:, 1]) < radius
-    behind = np.flatnonzero(position[:, 1] >= radius)
-    behind = behind[position[behind, 1] < 8.0 * np.median(radius)]
+    own = position[:, 1]
+    if depth is None:
+        cut, first = np.abs(own) < radius, radius
+    else:
+        cut, first = np.zeros(len(own), dtype=bool), np.where(depth < 0.0, np.inf, -np.inf)
+    reach = 0.0 if depth is None else float(np.abs(depth - own).max())
+    behind = np.flatnonzero((own >= first) & (own < 8.0 * np.median(radius) + reach))
     rank[behind[_nearest(position[behind], radius[behind], np.array([0.0, -1.0, 0.0]), 0.5 * pixel)]] = 50.0
     # Where there is no room for all, those that few views see are the first to be left out.
     seen = np.zeros(len(radius), dtype=np.float32)

@@ -11,12 +11,16 @@
   const place = new Uint16Array(bytes(data.place)), size = new Uint8Array(bytes(data.size));
   const body = new Uint8Array(data.body ? bytes(data.body) : 0);
   const sphere = new Float32Array(4 * count), label = new Int32Array(3 * count);
+  const middle = new Uint16Array(data.depth ? bytes(data.depth) : 0);  // the cut shows or hides a body as a whole
+  const depthOf = i => data.span[1] * (middle[i] / 32767.5 - 1);
   const ratio = data.radius_min > 0 ? data.radius_max / data.radius_min : 1;
   for (let i = 0; i < count; i++) {
     for (let axis = 0; axis < 3; axis++)
       sphere[4 * i + axis] = data.span[axis] * (place[3 * i + axis] / 32767.5 - 1);
     sphere[4 * i + 3] = data.radius_min * ratio ** (size[i] / 255);
   }
+  let overhang = 0;  // how far spheres are from the middles of their bodies
+  for (let i = 0; i < middle.length; i++) overhang = Math.max(overhang, Math.abs(depthOf(i) - sphere[4 * i + 1]));
   let filled = 0;
   for (const [run, ...names] of data.labels) for (const end = filled + run; filled < end; filled++) label.set(names, 3 * filled);
   const start = {azimuth: -0.5, elevation: 0.3, zoom: 1, x: 0, y: 0};
@@ -101,16 +105,16 @@
     const a = -ry, b = -uy, c = -vy;
     const lx = -0.4, ly = 0.55, lz = 0.73, reach = Math.hypot(...half) * scale;
     // Spheres inside the bed are seen in the cut only, and through its gaps.
-    const behind = cut ? plane + 8 * data.radius_max * scale : -Infinity;
+    const behind = cut ? plane + (8 * data.radius_max + overhang) * scale : -Infinity;
     for (let i = 0; i < count; i++) {
       const y = sphere[4 * i + 1] * scale;
       if (i >= data.outer && y > behind) continue;
       const x = sphere[4 * i] * scale, z = sphere[4 * i + 2] * scale;
       const r = Math.max(sphere[4 * i + 3] * scale, 0.6);
-      if (cut && y < plane - r) continue;
+      if (cut && (middle.length ? depthOf(i) * scale < plane : y < plane - r)) continue;
       const px = across + rx * x + ry * y, py = down - (ux * x + uy * y + uz * z), pz = vx * x + vy * y + vz * z;
       if (px + r < 0 || px - r > width || py + r < 0 || py - r > height) continue;
-      const split = cut && y < plane + r;
+      const split = cut && !middle.length && y < plane + r;
       const top = Math.max(Math.ceil(py - r), 0), bottom = Math.min(Math.floor(py + r), height - 1);
       for (let row = top; row <= bottom; row++) {
         const dy = py - row, wide = Math.sqrt(Math.max(r * r - dy * dy, 0));

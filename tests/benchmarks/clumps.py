@@ -7,7 +7,7 @@
 - curve: rods with round ends and pairs of spheres, of aspect 1 to 5, in a box that wraps around sideways,
   poured without friction as in the literature, and with that of stones.
 - gravity: the bed in LAMMPS: step-0 force, displacement, sinking, clumps lost. The mark is the same clumps
-  poured by LAMMPS from apart, each then made smaller until none overlaps, and run again alike.
+  poured by LAMMPS from apart, each then made thinner until none overlaps, and run again alike.
 
 Writes clumps_<part>.csv for each part, clumps.txt, and clumps.png of the curve into DIR. A part that is not
 run keeps the rows that its CSV in DIR has; ``--parts`` without any makes table and plot of them again.

@@ -53,7 +53,7 @@ NOTES = (
     "poured in LAMMPS are densest at aspect 1.4 to 1.5 (Kurban and Baule, Soft Matter 17 (2021) 8877).",
     "Rods of aspect 4 and 5 without friction come out looser than with it: an open fault of tall beds.",
     "Gravity: 20 free-fall times, or until still. Elastic part: what the overlaps at the end account for.",
-    "LAMMPS, trimmed: poured by LAMMPS from apart until still, each clump smaller until none overlaps.",
+    "LAMMPS, trimmed: poured by LAMMPS from apart until still; each clump thinner until none overlaps.",
 )
 
 

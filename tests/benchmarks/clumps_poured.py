@@ -1,4 +1,4 @@
-"""Clumps poured by LAMMPS: the same bodies from apart, until still; then each smaller until none overlaps."""
+"""Clumps poured by LAMMPS: the same bodies from apart, until still; then thinner until none overlaps."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from columns import column_document, read_scene
 
 from exporters import lammps
 from packgen.bed import Bed
-from packgen.bodies import Bodies, members_of, random_turns
+from packgen.bodies import Bodies, members_of, random_turns, rotations
 from packgen.check import near_pairs, wall_clearance
+from packgen.clumps import template_of_spheres
 from packgen.settling import settle
 
 HAIR = 1.0e-12  # of a radius: rounding must not leave an overlap
@@ -47,16 +48,31 @@ def _apart(bed: Bed, rng: np.random.Generator) -> Bed:
 
 
 def trimmed(bed: Bed) -> Bed:
-    """Return a bed without overlap: each clump made smaller about its centre by as little as need be."""
+    """Return a bed without overlap: the spheres of each clump made smaller about their centres as need be.
+
+    Spheres stay where they are: a whole clump made smaller would draw its arms through others between them,
+    and tetrapods that hold each other would never part.
+    """
     assert bed.bodies is not None
-    bodies = bed.bodies
+    left = np.ones(len(bed.bodies))  # of the radii of each clump
     for _ in range(ROUNDS):
-        current = _with(bed, bodies)
-        share = _needed(current)
+        share = _needed(bed, bed.radius * left[bed.body_index])
         if not share.any():
-            return current
-        bodies = replace(bodies, scale=bodies.scale * (1.0 - 0.6 * share - HAIR * (share > 0.0)))
+            return _with(bed, _thinner(bed.bodies, left))
+        left *= 1.0 - 0.6 * share - HAIR * (share > 0.0)
     raise RuntimeError("clumps still overlap")
+
+
+def _thinner(bodies: Bodies, left: np.ndarray) -> Bodies:
+    """Return bodies whose spheres have some share of their radii each, (B,), and stay where they are."""
+    templates, place = [], bodies.position.copy()
+    turn = rotations(bodies.orientation)
+    for k, share in enumerate(left):
+        known = bodies.templates[bodies.template_index[k]]
+        templates.append(template_of_spheres(known.name, known.spheres * [1.0, 1.0, 1.0, share]))
+        place[k] += bodies.scale[k] * turn[k] @ templates[-1].place
+    index = np.arange(len(left), dtype=np.int32)
+    return replace(bodies, templates=tuple(templates), template_index=index, position=place)
 
 
 def _with(bed: Bed, bodies: Bodies) -> Bed:
@@ -64,14 +80,19 @@ def _with(bed: Bed, bodies: Bodies) -> Bed:
     return replace(bed, position=position, radius=radius, bodies=bodies, body_index=owner, tolerance=None)
 
 
-def _needed(bed: Bed) -> np.ndarray:
-    """Return the share of its size by which each clump of a bed is too large, were it to part alone, (B,)."""
+def _needed(bed: Bed, radius: np.ndarray) -> np.ndarray:
+    """Return the share of its radii by which each clump of a bed is too thick, were it to part alone, (B,).
+
+    Args:
+        bed: The bed; it stands in a vessel without seams.
+        radius: Radii that its spheres have now [m], shape (N,).
+    """
     assert bed.bodies is not None
     assert bed.body_index is not None
     share, owner = np.zeros(len(bed.bodies)), bed.body_index
-    for pairs in near_pairs(bed.position, bed.radius, body_index=owner, period=bed.container.period):
+    for pairs in near_pairs(bed.position, radius, body_index=owner, period=bed.container.period):
         for end in (pairs.first, pairs.second):
-            np.maximum.at(share, owner[end], -pairs.gap / bed.radius[end])
-    into = bed.radius - wall_clearance(bed.container, bed.position, bed.radius)
-    np.maximum.at(share, owner, into / bed.radius)
+            np.maximum.at(share, owner[end], -pairs.gap / radius[end])
+    into = radius - wall_clearance(bed.container, bed.position, radius)
+    np.maximum.at(share, owner, into / radius)
     return np.asarray(np.where(share > HAIR, share, 0.0))

@@ -145,3 +145,28 @@ def test_clumps_of_sizes_one_to_ten_and_of_many_spheres_keep_their_promises():
     assert result.zones[0].placed == result.zones[0].asked
     many = {**SPHERE, "shape": {"rod": {"radius": 1, "length": 8}, "spheres": 200}}
     assert_whole(packed([many], 20))
+
+
+def test_members_inside_each_other_add_nothing_and_pack(tmp_path):
+    bare = "x,y,z,r\n-0.5,0,0,1\n0.5,0,0,1\n"
+    beds = []
+    for name, more in (("bare.csv", ""), ("nested.csv", "0,0,0,0.8\n-0.5,0,0,1\n0.4,0,0,0.9\n")):
+        (tmp_path / name).write_text(bare + more, encoding="utf-8")
+        beds.append(packed([{**SPHERE, "shape": {"spheres": str(tmp_path / name)}}], 30))
+        assert_whole(beds[-1])
+        assert beds[-1].zones[0].placed == 30
+    bare_one, nested = (each.bed.bodies.templates[0] for each in beds)
+    assert nested.volume == pytest.approx(bare_one.volume, rel=1e-12)
+    assert nested.inertia == pytest.approx(bare_one.inertia, rel=1e-12, abs=1e-12 * bare_one.inertia.max())
+
+
+def test_a_clump_of_a_thousand_spheres_is_packed_as_any_other(tmp_path):
+    # A shell of small spheres around a large one, by the golden angle.
+    place = (np.arange(999) + 0.5) / 999
+    turn, across = np.pi * (1.0 + 5.0**0.5) * np.arange(999), 2.0 * np.sqrt(place * (1.0 - place))
+    shell = np.column_stack([across * np.cos(turn), across * np.sin(turn), 1.6 * (1.0 - 2.0 * place)])
+    rows = np.vstack([[0.0, 0.0, 0.0, 0.95], np.column_stack([shell, np.full(999, 0.1)])])
+    np.savetxt(tmp_path / "shell.txt", rows)
+    result = packed([{**SPHERE, "shape": {"spheres": str(tmp_path / "shell.txt")}}], 8)
+    assert_whole(result)
+    assert (result.bed.count, len(result.bed.bodies)) == (8000, 8)

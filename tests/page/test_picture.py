@@ -12,7 +12,8 @@ import pytest
 from packgen.bed import ParticleSet
 from packgen.errors import PackgenError
 from packgen.page import PICTURES, picture_folder, write_pictures
-from packgen.page.render import _depth, _seen
+from packgen.page.render import _seen
+from packgen.page.spheres import depth_of_bodies
 from tests.page.test_report_page import lattice_folder
 
 
@@ -29,7 +30,7 @@ def test_the_half_picture_keeps_or_drops_whole_clumps():
     offset = np.array([0.0, 0.6, 0.0])
     position = np.concatenate([centre - offset, centre + offset])
     body = np.tile(np.arange(200, dtype=np.int32), 2)
-    seen = _seen(position, np.ones(400), _depth(position, body), half=True)
+    seen = _seen(position, np.ones(400), depth_of_bodies(position, body), half=True)
     kept = np.bincount(body[seen], minlength=200)
     assert kept.tolist() == np.where(centre[:, 1] >= 0.0, 2, 0).tolist()
 

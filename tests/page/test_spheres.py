@@ -111,3 +111,29 @@ def test_spheres_of_a_body_have_one_colour_and_neighbours_in_the_list_another():
     apart = np.linalg.norm(shown(view)[:, None, :3] + 2.0 - position[None], axis=2)
     np.testing.assert_array_equal(colour, body[apart.argmin(axis=1)] % 8)
     assert "body" not in view_data(spheres(position, 0.5))
+
+
+def test_a_cut_takes_each_body_by_its_middle_and_parts_across_a_seam_by_their_own_places():
+    grid = 2.0 * np.stack(np.meshgrid(*[np.arange(4.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 1, 3)
+    position = (grid + np.array([[0.0, -0.4, 0.1], [0.2, 0.6, 0.0]])).reshape(-1, 3)
+    body = np.repeat(np.arange(64, dtype=np.int32), 2)
+    own, middle = position[:, 1].copy(), np.repeat(position.reshape(-1, 2, 3).mean(axis=1)[:, 1], 2)
+    body[-1] = 0  # the first body has a third sphere far away, and its last one lost a sphere
+    middle[[0, 1, -2, -1]] = own[[0, 1, -2, -1]]
+    view = view_data(replace(spheres(position, 0.3), body_index=body))
+    depth = view["span"][1] * (np.frombuffer(base64.b64decode(view["depth"]), dtype="<u2") / 32767.5 - 1)
+    centre = 0.5 * (position.min(axis=0) + position.max(axis=0))
+    nearest = np.linalg.norm(shown(view)[:, None, :3] + centre - position[None], axis=2).argmin(axis=1)
+    np.testing.assert_allclose(depth + centre[1], middle[nearest], atol=1e-3)
+
+
+def test_a_part_has_the_bodies_that_a_cut_in_half_lays_open():
+    count = 24
+    position = cubic_lattice(count, 0.5) - 0.5 * count + [0.0, 0.25, 0.0]
+    row = np.round(position[:, 1] - position[:, 1].min()).astype(int)
+    depth = position[:, 1].min() + 2.0 * (row // 2) + 0.5  # of pairs, one sphere behind the other
+    part = faithful_part(position, np.full(len(position), 0.5), 6000, depth)
+    first = np.flatnonzero(depth == depth[depth >= 0.0].min())
+    front = first[position[first, 1] < depth[first]]
+    assert len(front) == count**2
+    assert set(front.tolist()) <= set(part.tolist())
