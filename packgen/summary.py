@@ -10,8 +10,8 @@ __all__ = ["FIGURES", "main_figures", "summary"]
 FIGURES = (
     "sphere_count", "body_count", "asked", "mass", "solid_fraction_filled", "solid_fraction_core",
     "close_packing_reached", "overlap_max", "wall_overlap_max", "contacts", "coordination", "rattlers",
-    "crystal", "law_distance", "force_max", "stands_from_friction", "arrange_seconds", "seconds",
-    "peak_memory",
+    "crystal", "law_distance", "force_max", "stands_from_friction", "weight_not_carried",
+    "arrange_seconds", "seconds", "peak_memory",
 )  # fmt: skip
 """The keys of the main figures, in their order."""
 
@@ -32,7 +32,8 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
         reached, largest overlaps [smaller radii], contacts a sphere at gaps up to 1 % of the radius, on their
         plateau over the gap, share of rattlers, share of the spheres in a crystal, largest distance of a
         set's sizes from its law by number, largest force at step 0 [mean weights], least friction at which
-        the bed stands, time of the arrangement and of all [s], memory [bytes].
+        the bed stands, None where none is enough or nobody asked, share of the weight that contacts do not
+        carry at the bed's own friction, time of the arrangement and of all [s], memory [bytes].
     """
     asked = [each["asked"] for each in report["zones"]]
     masses = [each["mass"] for each in report["sets"]]
@@ -55,6 +56,7 @@ def main_figures(report: Mapping[str, Any]) -> dict[str, Any]:
         "law_distance": max((each for each in distances if each is not None), default=None),
         "force_max": (report.get("step_zero") or {}).get("force_max"),
         "stands_from_friction": (report.get("stands_at_friction") or {}).get("friction_least"),
+        "weight_not_carried": (report.get("stands_at_friction") or {}).get("not_carried"),
         "arrange_seconds": report["timings"].get("arrange"),
         "seconds": sum(report["timings"].values()),
         "peak_memory": report["peak_memory"],

@@ -77,7 +77,7 @@ def run_contest_command(command: str, arguments: Sequence[str], ending: Ending) 
     scene = load_scene(options.scene, [parse_change(each) for each in options.changes])
     runs = entries(scene, algorithms, given["seeds"])
     lines = make_runs(options, runs, solvers, ending)
-    found = standings(lines, options.target, _may_change(options, runs))
+    found = standings(lines, options.target, _may_change(options, runs), {scene.algorithm: _settings(scene)})
     page = write_contest_page(options.target, scene.path.stem, found)
     code = int(any(each.exit_code not in (0, 2) for each in lines))
     ending.done(code, f"the page is {page}")
@@ -101,6 +101,13 @@ def _may_change(options: RunsOptions, runs: Sequence[Run]) -> dict[str, str]:
             continue
         said[run.values["algorithm"]] = traits_of(scene.params).may_change
     return said
+
+
+def _settings(scene: Scene) -> str:
+    """Return the settings that a scene gives its own algorithm, in words."""
+    params = scene.params
+    given = () if params is None else sorted(params.model_fields_set - {"tolerance"})
+    return ", ".join(f"{name}: {getattr(params, name)}" for name in given)
 
 
 def _conclude(options: RunsOptions, found: Sequence[Standing], page: Path) -> None:

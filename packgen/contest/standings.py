@@ -15,7 +15,7 @@ from packgen.arrange.registry import find
 from packgen.arrange.traits import traits_of
 from packgen.sweep.table import VALIDATION, Line
 
-__all__ = ["Standing", "standing_rows", "standings"]
+__all__ = ["HEAD", "Standing", "standing_rows", "standings"]
 
 BED_ROWS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("Spheres", "sphere_count", lambda value: f"{value:,.0f}"),
@@ -30,11 +30,20 @@ BED_ROWS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("In a crystal", "crystal", lambda value: f"{value:.1%}"),
     ("Distance to the law of sizes", "law_distance", lambda value: f"{value:.4f}"),
     ("Stands from a friction of", "stands_from_friction", lambda value: f"{value:.2f}"),
+    ("Weight not carried at its own", "weight_not_carried", lambda value: f"{value:.1%}"),
     ("Time of arranging [s]", "arrange_seconds", lambda value: f"{value:.3g}"),
     ("Time of the whole run [s]", "seconds", lambda value: f"{value:.3g}"),
     ("Peak memory [MB]", "peak_memory", lambda value: f"{value / 1e6:,.0f}"),
 )
 """Label, key among the main figures, and form of each figure of a bed."""
+
+FRICTION, CARRIED = "Stands from a friction of", "weight_not_carried"
+
+NOTHING = frozenset({"-", "defaults"})
+"""Texts of which a row that holds no other tells nothing."""
+
+HEAD = ("May change", "Settings", "Beds")
+"""Labels of what is said of an algorithm that has no bed, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +54,7 @@ class Standing:
         algorithm: Its name.
         may_change: What it may change of what the scene says.
         runs: How many runs there were.
+        settings: The settings that are not its defaults.
         beds: Main figures of each bed that it made, complete or not.
         verdicts: By solver, a line for each bed that it judged.
         folder: Folder of the first bed; None: there is none.
@@ -54,6 +64,7 @@ class Standing:
     algorithm: str
     may_change: str
     runs: int
+    settings: str = ""
     beds: tuple[Mapping[str, Any], ...] = ()
     verdicts: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
     folder: str | None = None
@@ -65,7 +76,10 @@ class Standing:
             label: _spread([each[key] for each in self.beds if each.get(key) is not None], form)
             for label, key, form in BED_ROWS
         }
-        own = {"May change": self.may_change, "Beds": f"{len(self.beds)} of {self.runs}"}
+        if any(each.get(CARRIED) is not None for each in self.beds) and texts[FRICTION] == "-":
+            texts[FRICTION] = "none"  # asked, and no friction is enough
+        said = (self.may_change, self.settings or "defaults", f"{len(self.beds)} of {self.runs}")
+        own = dict(zip(HEAD, said, strict=True))
         judged = {f"Verdict of {name}": "; ".join(lines) for name, lines in self.verdicts.items()}
         return {**own, **texts, **judged}
 
@@ -74,6 +88,7 @@ class Standing:
         return {
             "algorithm": self.algorithm,
             "may_change": self.may_change,
+            "settings": self.settings,
             "runs": self.runs,
             "beds": [dict(each) for each in self.beds],
             "verdicts": {name: list(lines) for name, lines in self.verdicts.items()},
@@ -81,23 +96,30 @@ class Standing:
         }
 
 
-def standings(lines: Sequence[Line], target: Path, may_change: Mapping[str, str]) -> list[Standing]:
+def standings(
+    lines: Sequence[Line],
+    target: Path,
+    may_change: Mapping[str, str],
+    settings: Mapping[str, str] = MappingProxyType({}),
+) -> list[Standing]:
     """Return how each algorithm did, in the order in which they first ran.
 
     Args:
         lines: The lines of all runs.
         target: The folder of the runs.
         may_change: What each algorithm may change, by its name; what its settings say where it has no entry.
+        settings: The settings of each that are not its defaults, by its name.
     """
     by_name: dict[str, list[Line]] = {}
     for line in lines:
         by_name.setdefault(line.run.values["algorithm"], []).append(line)
     return [
-        _standing(name, own, target, may_change.get(name) or _declared(name)) for name, own in by_name.items()
+        _standing(name, own, target, may_change.get(name) or _declared(name), settings.get(name, ""))
+        for name, own in by_name.items()
     ]
 
 
-def _standing(name: str, lines: Sequence[Line], target: Path, may_change: str) -> Standing:
+def _standing(name: str, lines: Sequence[Line], target: Path, may_change: str, settings: str) -> Standing:
     made = [each for each in lines if each.figures]
     verdicts: dict[str, list[str]] = {}
     for each in made:
@@ -107,6 +129,7 @@ def _standing(name: str, lines: Sequence[Line], target: Path, may_change: str) -
         name,
         may_change,
         len(lines),
+        settings,
         tuple(each.figures for each in made),
         {solver: tuple(texts) for solver, texts in verdicts.items()},
         made[0].run.name if made else None,
@@ -142,8 +165,11 @@ def _spread(values: Sequence[float], form: Callable[[float], str]) -> str:
 
 
 def standing_rows(table: Sequence[Standing]) -> list[tuple[str, ...]]:
-    """Return the standings as rows of texts: a head, and a quantity a row; none that nobody has."""
+    """Return the standings as rows of texts: a head, and a quantity a row; none that nobody has.
+
+    Without settings that are not defaults, there is no row of them.
+    """
     columns = [each.values() for each in table]
     labels = list(dict.fromkeys(label for column in columns for label in column))
     rows = [(label, *(column.get(label, "-") for column in columns)) for label in labels]
-    return [("", *(each.algorithm for each in table)), *(row for row in rows if set(row[1:]) != {"-"})]
+    return [("", *(each.algorithm for each in table)), *(row for row in rows if not set(row[1:]) <= NOTHING)]

@@ -1,4 +1,4 @@
-"""The page of a contest: a table of algorithms, why some have no bed, and the plots of their beds."""
+"""The page of a contest: an algorithm a row, with its figures or why it has no bed, and plots of the beds."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from packgen.contest import Standing, standing_rows
+from packgen.contest import HEAD, Standing, standing_rows
 from packgen.page.folder import read_report, replace_page
 from packgen.page.html import environment, plots_by_title
 from packgen.version import __version__
@@ -34,10 +34,13 @@ def write_contest_page(folder: Path, name: str, table: Sequence[Standing]) -> Pa
     reports: dict[str, Mapping[str, Any]] = {
         each.algorithm: read_report(folder / each.folder) for each in table if each.folder is not None
     }
+    rows = standing_rows(table)[1:]
     text = environment().get_template("contest.html.j2").render(
         name=name,
         table=table,
-        rows=standing_rows(table),
+        labels=[row[0] for row in rows],
+        rows=list(zip(table, zip(*(row[1:] for row in rows), strict=True), strict=True)),
+        head=sum(row[0] in HEAD for row in rows),
         pages={
             each.algorithm: f"{each.folder}/report.html"
             for each in table

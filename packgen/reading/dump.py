@@ -1,7 +1,8 @@
 """Text dumps of LIGGGHTS and LAMMPS (``dump custom``), of one step or of many.
 
 Reference: LAMMPS manual, page "dump": ``ITEM:`` lines, and a row a sphere whose columns the last of them
-names. Positions are ``x y z``, unwrapped (``xu``) or scaled by the box (``xs``, ``xsu``).
+names. Positions are ``x y z``, unwrapped (``xu``) or scaled by the box (``xs``, ``xsu``). A tilted box that
+wraps around along x, y and z is a periodic cell, whose corner is the origin here.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ import numpy as np
 
 from packgen.arrays import Float64Array
 from packgen.filefaults import fault, shown
+from packgen.portable import matrix_product
 from packgen.reading.plausible import refuse_named_units
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, digits_of, read_columns
 from packgen.reading.spheres import Cell, SphereFile, from_columns
 from packgen.reading.steps import place_of_step
 from packgen.reading.text import Text, decoded
+from packgen.reading.tilted import cell_of, inside_bounds, tilted_vectors
 
 START = b"ITEM: TIMESTEP"
 KIND = "dump of LIGGGHTS or LAMMPS"
@@ -26,6 +29,8 @@ EARLIER = "is it complete? --step N reads an earlier one"
 STYLE = re.compile(rb"\s*ITEM: UNITS\s+(\w+)")
 LENGTH_OF_STYLE = MappingProxyType({b"si": "m", b"cgs": "cm", b"micro": "um"})
 POSITIONS = ("{}", "{}u", "{}s", "{}su")
+SCALED = POSITIONS[2:]
+TILTS = ("xy", "xz", "yz")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +80,14 @@ def read_dump(text: Text, step: int | None, units: str | None = None) -> SphereF
     after = text.data.find(b"\nITEM:", head.start, stop)
     rows = text.rows(head.start, stop if after < 0 else after + 1)
     found = read_columns(rows, columns, width=len(head.columns), count=count)
-    low, high, periodic = _box(text, head, starts[place])
-    for axis, name in enumerate("xyz"):
-        scaled = next((form for form in ("s", "su") if f"{name}{form}" in found), None)
-        for form in ("u", "s", "su"):
-            if f"{name}{form}" in found:
-                found[name] = found.pop(f"{name}{form}")
-        if scaled:
-            found[name] = low[axis] + found[name] * (high[axis] - low[axis])
-    cell = Cell(np.stack([low, high]), periodic) if any(periodic) else None
+    low, cell, vectors = _box(text, head, starts[place])
+    form = next(each for each in POSITIONS if each.format("x") in found)
+    position = np.stack([found.pop(form.format(axis)) for axis in "xyz"], axis=1)
+    if form in SCALED:
+        position = low + matrix_product(position, vectors)
+    if cell is not None and cell.vectors is not None:
+        position = position - low
+    found |= dict(zip("xyz", position.T, strict=True))
     return from_columns(text.path, KIND, found, cell=cell, digits=digits_of(rows, columns[:3]))
 
 
@@ -175,18 +179,22 @@ def _count(text: Text, head: Head, start: int) -> int:
     return int(value)
 
 
-def _box(text: Text, head: Head, start: int) -> tuple[Float64Array, Float64Array, tuple[bool, bool, bool]]:
-    """Return lower and upper corner of the box [m], each (3,), and along which axes it wraps around."""
+def _box(text: Text, head: Head, start: int) -> tuple[Float64Array, Cell | None, Float64Array]:
+    """Return the corner of the box [m], shape (3,), the cell that wraps around, and its edges, (3, 3)."""
     name = next((each for each in head.items if each.startswith("BOX BOUNDS")), "")
-    line = text.line_at(start)
-    tilted = fault(text.path, "a box that is tilted", "one whose edges lie along x, y and z", place=line)
-    if "abc" in name.split():  # LAMMPS's general triclinic box: three edges and the origin
-        raise tilted
+    words, line = name.split()[2:], text.line_at(start)
+    if "abc" in words:  # LAMMPS's general triclinic box: three edges of any direction, and the origin
+        raise fault(
+            text.path, "a box of any three edges", "one whose first lies along x, its second in the plane of "
+            "x and y", place=line, remedy="leave triclinic/general out of dump_modify",
+        )  # fmt: skip
     try:
         bounds = np.array([[float(word) for word in row.split()] for row in head.items.get(name, [])])
         if bounds.shape not in {(3, 2), (3, 3)} or not np.isfinite(bounds).all():
             raise ValueError
-        if not (bounds[:, 0] < bounds[:, 1]).all():
+        tilt = bounds[:, 2] if bounds.shape == (3, 3) else np.zeros(3)
+        low, high = inside_bounds(bounds[:, :2].T, tilt)
+        if not (low < high).all():
             raise ValueError
     except ValueError:
         raise fault(
@@ -196,8 +204,13 @@ def _box(text: Text, head: Head, start: int) -> tuple[Float64Array, Float64Array
             place=line,
             remedy=EARLIER,
         ) from None
-    if bounds[:, 2:].any():
-        raise tilted
-    flags = [word for word in name.split()[2:] if len(word) == 2]
+    flags = [word for word in words if len(word) == 2 and word not in TILTS]
     x, y, z = (flag == "pp" for flag in (flags if len(flags) == 3 else ["ff"] * 3))
-    return bounds[:, 0], bounds[:, 1], (x, y, z)
+    vectors = tilted_vectors(high - low, tilt)
+    if not tilt.any():
+        return low, Cell(np.stack([low, high]), (x, y, z)) if x or y or z else None, vectors
+    if not (x and y and z):
+        raise fault(
+            text.path, "a tilted box with walls", "one that wraps around along x, y and z", place=line
+        )
+    return low, cell_of(vectors), vectors

@@ -20,6 +20,7 @@ from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, read_columns
 from packgen.reading.spheres import Cell, Groups, SphereFile, from_columns
 from packgen.reading.steps import place_of_step
 from packgen.reading.text import Text, decoded
+from packgen.reading.tilted import cell_of
 
 KIND = "extended XYZ"
 FIELD = re.compile(r"([A-Za-z_][\w-]*)\s*=\s*(\"[^\"]*\"|'[^']*'|\S+)")
@@ -160,8 +161,7 @@ def _cell(text: Text, frame: _Frame) -> Cell | None:
     size = np.diag(vectors)
     upright = (vectors == np.tril(vectors)).all() and (size > 0.0).all() and not origin.any()
     if all(periodic) and upright and (vectors != np.diag(size)).any():
-        corners = np.stack([np.minimum(vectors, 0.0).sum(axis=0), np.maximum(vectors, 0.0).sum(axis=0)])
-        return Cell(corners, (True, True, True), vectors)
+        return cell_of(vectors)
     if (lattice.reshape(3, 3) != np.diag(size)).any():
         raise fault(
             text.path,

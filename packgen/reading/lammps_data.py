@@ -3,7 +3,8 @@
 Reference: LAMMPS manual, page "read_data": atom style sphere has rows ``id type diameter density x y z``, a
 hybrid of sphere (or granular) and molecular ``id type x y z diameter density molecule``, bpm/sphere ``id
 molecule type diameter density x y z``, whose molecules are no rigid bodies; all may end with three image
-flags. The file's box is the solver's, wider than the bed, and says nothing of walls.
+flags. The file's box is the solver's, wider than the bed, and says nothing of walls; one with a line of tilts
+is a periodic cell, whose corner is the origin here.
 """
 
 from __future__ import annotations
@@ -12,15 +13,18 @@ import re
 
 import numpy as np
 
+from packgen.arrays import Float64Array
 from packgen.filefaults import fault
 from packgen.reading.rows import NUMBER, SIZE, WHOLE, Column, Rows, read_columns
-from packgen.reading.spheres import SphereFile, from_columns
+from packgen.reading.spheres import Cell, SphereFile, from_columns
 from packgen.reading.text import Text
+from packgen.reading.tilted import cell_of, tilted_vectors
 
 KIND = "data file of LIGGGHTS or LAMMPS"
 SECTION = re.compile(rb"^[ \t]*Atoms[ \t]*(#[^\n]*)?\r?$", re.MULTILINE)
 NEXT = re.compile(rb"^[ \t]*[A-Za-z]", re.MULTILINE)
 COUNT = re.compile(rb"^[ \t]*(\d+)[ \t]+atoms\b", re.MULTILINE)
+TILT = re.compile(r"^(.*)\bxy[ \t]+xz[ \t]+yz\b", re.MULTILINE)
 HEAD = 20_000  # bytes in which the head of a data file ends
 SPHERE = ("id", "type", "diameter", "density", "x", "y", "z")
 HYBRID = ("id", "type", "x", "y", "z", "diameter", "density", "molecule")
@@ -56,7 +60,36 @@ def read_data(text: Text) -> SphereFile:
         loose = molecule <= 0
         molecule[loose] = molecule.max(initial=0) + 1 + np.arange(np.count_nonzero(loose))
         found["body"] = molecule
-    return from_columns(text.path, KIND, found)
+    cell, low = _cell(text)
+    for axis, name in enumerate("xyz"):
+        found[name] = found[name] - low[axis]
+    return from_columns(text.path, KIND, found, cell=cell)
+
+
+def _cell(text: Text) -> tuple[Cell | None, Float64Array]:
+    """Return the periodic cell of a box with tilts, and its corner [m], shape (3,); None: it has no tilts.
+
+    Raises:
+        ReadError: The box has a line of tilts and no bounds, or some that are none.
+    """
+    head = text.data[:HEAD].decode("ascii", "replace")
+    tilt = TILT.search(head)
+    if tilt is None:
+        return None, np.zeros(3)
+    lines = [re.search(rf"^(.*)\b{axis}lo[ \t]+{axis}hi\b", head, re.MULTILINE) for axis in "xyz"]
+    try:
+        bounds = np.array([[float(word) for word in line[1].split()] for line in lines if line], float)
+        tilts = np.array([float(word) for word in tilt[1].split()])
+        if bounds.shape != (3, 2) or tilts.shape != (3,) or not np.isfinite([*bounds.flat, *tilts]).all():
+            raise ValueError
+        if not (bounds[:, 0] < bounds[:, 1]).all():
+            raise ValueError
+    except ValueError:
+        raise fault(
+            text.path, "a tilted box without sound bounds", "lines xlo xhi, ylo yhi, zlo zhi and xy xz yz",
+            place=text.line_at(tilt.start()),
+        ) from None  # fmt: skip
+    return cell_of(tilted_vectors(bounds[:, 1] - bounds[:, 0], tilts)), bounds[:, 0]
 
 
 def _style(text: Text, rows: Rows, line: int, hint: str) -> tuple[str, ...]:

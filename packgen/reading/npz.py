@@ -15,6 +15,7 @@ from packgen.filefaults import Faults, fault
 from packgen.reading.known import set_names
 from packgen.reading.rows import NUMBER, RULES, SIZE, WHOLE
 from packgen.reading.spheres import Cell, Groups, SphereFile
+from packgen.reading.tilted import cell_of
 
 INDICES = ("set_index", "zone_index", "batch_index", "body_index")
 REMEDY = "is the file complete?"
@@ -72,8 +73,7 @@ def _cell(path: Path, stored: Any) -> Cell | None:
     vectors = np.ascontiguousarray(stored, np.float64)
     if (vectors != np.tril(vectors)).any() or not (np.diag(vectors) > 0.0).all():
         raise fault(path, f"the cell {vectors.tolist()}", "a lower triangle, positive along its diagonal")
-    corners = np.stack([np.minimum(vectors, 0.0).sum(axis=0), np.maximum(vectors, 0.0).sum(axis=0)])
-    return Cell(corners, (True, True, True), vectors)
+    return cell_of(vectors)
 
 
 def _groups(index: Int32Array | None, names: tuple[str, ...]) -> Groups | None:

@@ -51,6 +51,9 @@ def test_the_scenes_own_algorithm_keeps_its_settings_and_another_has_the_toleran
     own, other = runs.values()
     assert not [each for each in own if each.startswith("params")]
     assert "params={tolerance: 0.0001}" in other
+    page = Path("box.contest", "contest.html").read_text()
+    assert "<td>lr: 0.02</td>" in page
+    assert "<td>defaults</td>" in page
 
 
 def test_one_that_cannot_do_the_scene_says_why_and_stops_no_other(scene, runs, capsys):
@@ -61,7 +64,9 @@ def test_one_that_cannot_do_the_scene_says_why_and_stops_no_other(scene, runs, c
     assert "COLLECTIVE_ARRANGEMENT: " in shown
     assert "gap" in shown.split("COLLECTIVE_ARRANGEMENT: ")[1].splitlines()[0]
     page = Path("box.contest", "contest.html").read_text()
-    assert "why there is no bed" in page
+    row = next(line for line in page.splitlines() if "<tr>" in line and ">COLLECTIVE_ARRANGEMENT<" in line)
+    assert "gap" in row.split('class="reason"')[1]
+    assert "What was missed" not in page
     assert f'href="DISPERSED_seed={raised(7)}/report.html"' in page
 
 

@@ -22,6 +22,25 @@ def test_figures_are_medians_with_the_span_of_several_beds(tmp_path):
     assert rows["Beds"] == "3 of 3"
     assert rows["May change"] == "radii"
     assert "Peak memory [MB]" not in rows  # nobody has it
+    assert "Settings" not in rows  # all have their defaults
+
+
+def test_settings_that_are_not_defaults_are_told(tmp_path):
+    found = standings(
+        [line("A", 0), line("B", 0)], tmp_path, {"A": "nothing", "B": "radii"}, {"B": "lr: 0.1"}
+    )
+    rows = {label: values for label, *values in standing_rows(found)}
+    assert rows["Settings"] == ["defaults", "lr: 0.1"]
+
+
+def test_a_bed_that_no_friction_holds_is_told_from_one_that_nobody_asked(tmp_path):
+    lines = [line("A", 0, weight_not_carried=0.7), line("B", 0), line("C", 0, stands_from_friction=0.4)]
+    rows = {
+        label: values
+        for label, *values in standing_rows(standings(lines, tmp_path, dict.fromkeys("ABC", "nothing")))
+    }
+    assert rows["Stands from a friction of"] == ["none", "-", "0.40"]
+    assert rows["Weight not carried at its own"] == ["70.0%", "-", "-"]
 
 
 def test_what_an_algorithm_declares_counts_where_its_settings_say_nothing(tmp_path):

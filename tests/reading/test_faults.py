@@ -79,12 +79,21 @@ FAULTS = {
     ),
     "dump without a box": (dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], box=()), "box bounds that are none"),
     "dump with a tilted box": (
-        dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], flags="xy xz yz pp pp pp", box=((0, 4, 1),) * 3),
-        "found a box that is tilted, expected one whose edges lie along x, y and z",
+        dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], flags="xy xz yz pp pp ff", box=((0, 4, 1),) * 3),
+        "found a tilted box with walls, expected one that wraps around along x, y and z",
     ),
     "dump with a box of any edges": (
         dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], flags="abc origin pp pp pp", box=((3, 0, 0, 0),) * 3),
-        "found a box that is tilted, expected one whose edges lie along x, y and z",
+        "found a box of any three edges, expected one whose first lies along x",
+    ),
+    "dump with tilts wider than its bounds": (
+        dump_text([(1, 1, 0.0, 0.0, 0.0, 1.0)], flags="xy xz yz pp pp pp", box=((0, 4, 5),) * 3),
+        "expected three lines of two numbers, the lower one first",
+    ),
+    "data with tilts and no bounds": (
+        f"{HEAD}0 1 xlo xhi\n0 a ylo yhi\n0 1 zlo zhi\n0 0 0 xy xz yz\n\nAtoms\n\n"
+        "1 1 0.2 2500 0 0 0\n2 1 0.2 2500 0 0 1\n",
+        "found a tilted box without sound bounds, expected lines xlo xhi",
     ),
     "data cut": (f"{HEAD}Atoms\n\n1 1 0.2 2500 0 0 0\n", "found 1 row .* the 2 that the file announces"),
     "data without atoms": (HEAD, "found no section Atoms"),

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from packgen.reading import read_spheres
+from exporters import lammps
+from packgen.reading import read_bed, read_spheres
+from tests.cells import SKEWED, all_gaps, random_spheres
 from tests.reading.beds import WRITTEN, dump_text, mixed_bed, text_file, write
 
 WHOLE = [name for name in WRITTEN if name not in ("geotaichi",)]
@@ -86,6 +88,61 @@ def test_scaled_positions_count_from_the_lower_corner_of_the_box(tmp_path):
     rows = [(4, 7, 0.25, 0.5, 0.75, 0.1)]
     path = text_file(tmp_path, dump_text(rows, "id type xs ys zs radius", box=((-2, 2), (1, 3), (5, 9))))
     assert read_spheres(path).position.tolist() == [[-1.0, 2.0, 8.0]]
+
+
+@pytest.mark.parametrize("columns", ["id type x y z radius", "id type xs ys zs radius"])
+def test_a_dump_of_a_tilted_box_is_a_periodic_cell_from_the_origin(tmp_path, columns):
+    bed, corner = random_spheres(8), np.array([5.0, -3.0, 2.0])
+    place = bed.position @ np.linalg.inv(SKEWED) if "xs" in columns else bed.position + corner
+    rows = [
+        (number, 1, *each, size)
+        for number, (each, size) in enumerate(zip(place.tolist(), bed.radius.tolist(), strict=True))
+    ]
+    # The bounds of the box around it, by the corners of the cell one by one: yz moves nothing along x.
+    (lx, _, _), (xy, ly, _), (xz, yz, lz) = SKEWED.tolist()
+    along_x, along_y = [0.0, xy, xz, xy + xz], [0.0, yz]
+    box = (
+        (corner[0] + min(along_x), corner[0] + lx + max(along_x), xy),
+        (corner[1] + min(along_y), corner[1] + ly + max(along_y), xz),
+        (corner[2], corner[2] + lz, yz),
+    )
+    text = dump_text(rows, columns, flags="xy xz yz pp pp pp", box=[tuple(map(float, each)) for each in box])
+    found = read_bed(text_file(tmp_path, text))
+    assert found.container.cell == pytest.approx(SKEWED)
+    assert found.position == pytest.approx(bed.position)
+    assert all_gaps(found) == pytest.approx(all_gaps(bed))
+
+
+def test_a_dump_whose_tilts_are_none_is_a_box(tmp_path):
+    flags, box = "xy xz yz pp pp ff", ((0, 1, 0), (-1, 2, 0), (3, 5, 0))
+    cell = read_spheres(text_file(tmp_path, dump_text(ROWS, flags=flags, box=box))).cell
+    assert cell.vectors is None
+    assert cell.periodic == (True, True, False)
+    assert cell.bounds.tolist() == [[0, -1, 3], [1, 2, 5]]
+
+
+def test_data_with_tilts_are_a_periodic_cell_from_the_origin(tmp_path):
+    bed, corner = random_spheres(8), np.array([5.0, -3.0, 2.0])
+    lammps.write(bed, tmp_path, lammps.Options())
+    found = read_bed(tmp_path / "bed.data")
+    assert np.array_equal(found.container.cell, SKEWED)
+    assert np.array_equal(found.position, bed.position)
+    bounds = "".join(
+        f"{low!r} {low + size!r} {axis}lo {axis}hi\n"
+        for axis, low, size in zip("xyz", corner.tolist(), np.diag(SKEWED).tolist(), strict=True)
+    )
+    rows = "".join(
+        f"{number} 1 {2 * size!r} 2500 {x!r} {y!r} {z!r}\n"
+        for number, (size, (x, y, z)) in enumerate(
+            zip(bed.radius.tolist(), (bed.position + corner).tolist(), strict=True), start=1
+        )
+    )
+    moved = text_file(
+        tmp_path, f"moved\n\n8 atoms\n1 atom types\n\n{bounds}1.2 -1.4 1.1 xy xz yz\n\nAtoms\n\n{rows}"
+    )
+    found = read_bed(moved)
+    assert found.container.cell == pytest.approx(SKEWED)
+    assert found.position == pytest.approx(bed.position)
 
 
 def test_a_dump_knows_along_which_axes_its_box_wraps_around(tmp_path):

@@ -33,6 +33,13 @@ DONE, DONE_STEPS = 1.0e-12, 3
 
 STEPS_MAX = 300
 
+SHAKE = 0.3
+"""Largest move along an axis with which a cell at rest is shaken, in largest diameters, and twice its strain.
+
+Four equal spheres come to rest in a cell that is not the densest in 6 % of starts, eight in 24 %; shaken once
+by this, in 2 % and 9 % (100 starts each). Smaller shakes lead back to where they began.
+"""
+
 REACH_LAST = 1.0e-12
 """Reach of a step below which nothing is left to gain, in that of the first."""
 
@@ -128,6 +135,23 @@ def shrunk(start: PeriodicCell, radius: Float64Array, reach: Reach) -> PeriodicC
         if idle >= DONE_STEPS and (gain > -DONE or share < REACH_LAST):
             break
     return PeriodicCell(here.vectors, here.center, here.fraction, steps)
+
+
+def shaken(cell: PeriodicCell, radius: Float64Array, rng: np.random.Generator) -> PeriodicCell:
+    """Return a cell with its shape and all places changed a little at random, so large that nothing overlaps.
+
+    Args:
+        cell: The cell.
+        radius: Radii [m], shape (N,).
+        rng: Source of randomness.
+    """
+    change = np.eye(3) + 0.5 * SHAKE * (2.0 * rng.random((3, 3)) - 1.0)
+    move = 2.0 * float(radius.max()) * SHAKE * (2.0 * rng.random(cell.center.shape) - 1.0)
+    vectors = reduced(matrix_product(cell.vectors, change))
+    center = matrix_product(cell.center, change) + move
+    factor = largest_factor(center, radius, vectors)
+    vectors, center = vectors / factor, center / factor
+    return PeriodicCell(vectors, center, cell.fraction * volume(cell.vectors) / volume(vectors))
 
 
 def _step(

@@ -9,7 +9,7 @@ import pytest
 
 from packgen.arrange.shrinking_cell.arrange import cell_from
 from packgen.arrange.shrinking_cell.lattice import near_pairs, reduced, volume
-from packgen.arrange.shrinking_cell.shrink import Reach, random_cell, shrunk
+from packgen.arrange.shrinking_cell.shrink import Reach, largest_factor, random_cell, shaken, shrunk
 from packgen.arrange.starts import results_of
 
 FCC = math.pi / math.sqrt(18.0)
@@ -51,7 +51,7 @@ def test_a_few_starts_find_the_densest_known_structure(name):
 @pytest.mark.parametrize("name", MORE)
 def test_more_starts_find_structures_of_more_spheres(name):
     radius, fraction, accuracy = MORE[name]
-    assert densest(radius, 24).fraction == pytest.approx(fraction, abs=accuracy)
+    assert densest(radius, 12).fraction == pytest.approx(fraction, abs=accuracy)
 
 
 def test_nothing_overlaps_by_all_images_one_by_one():
@@ -73,6 +73,27 @@ def test_a_start_is_loose_and_every_step_makes_it_denser():
     first, _, _ = near_pairs(start.center, radius, start.vectors, 0.0)
     assert len(first) == 0
     assert shrunk(start, radius, Reach()).fraction > 0.6
+
+
+def test_a_shaken_cell_has_no_overlap_and_a_start_is_as_dense_as_before_it_was_shaken_or_denser():
+    radius, reach = np.ones(4), Reach()
+    for seed in np.random.SeedSequence(1).spawn(4):
+        rng = np.random.default_rng(seed)
+        first = shrunk(random_cell(radius, reach.start, rng), radius, reach)
+        other = shaken(first, radius, rng)
+        assert other.fraction < first.fraction
+        assert largest_factor(other.center, radius, other.vectors) == pytest.approx(1.0, abs=1e-12)
+        solid = float((4.0 / 3.0 * np.pi * radius**3).sum())
+        assert other.fraction == pytest.approx(solid / abs(np.linalg.det(other.vectors)), rel=1e-12)
+        assert cell_from(radius, reach, seed).fraction >= first.fraction
+
+
+@pytest.mark.slow
+def test_four_equal_spheres_come_to_rest_in_the_densest_cell_in_nine_of_ten_starts():
+    seeds = np.random.SeedSequence(0).spawn(40)
+    found = [cell_from(np.ones(4), Reach(), each).fraction for each in seeds]
+    # Of 100 starts 98 did with seed 1 (sd 1.4 %); that 34 of 40 or fewer do has then a chance below 1e-4.
+    assert np.mean(np.array(found) > FCC - 1e-8) >= 0.85
 
 
 def test_a_lattice_is_reduced_to_its_shortest_vectors():
