@@ -27,6 +27,7 @@ from packgen.arrange.advancing_front.surface_kernels import (
 from packgen.arrange.random_kernels import next_number
 from packgen.arrange.space.feature_kernels import wall_gap
 from packgen.arrange.space.map_kernels import candidate, cell_of, count_boundless
+from packgen.arrange.space.seams import wrapped_coordinate
 from packgen.compiled import inner_loop, loop
 
 APPROACHES = 40
@@ -356,6 +357,7 @@ def repair(bed: Bed, rule: Rule, i: int) -> bool:
                 x[:3] = place[:3]
         if best < np.inf and len(held) == 0:
             break
-    bed.ball[i] = x
+    for axis in range(3):
+        bed.ball[i, axis] = wrapped_coordinate(x[axis], bed.cells.low[axis], bed.cells.period[axis])
     enter(bed.cells, bed.ball, i)
     return bool(best < np.inf)

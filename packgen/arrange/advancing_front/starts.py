@@ -31,6 +31,12 @@ large ones are placed. Beds are densest for about -2: 1:5 by 0.045 denser than f
 SAMPLES = 10_000
 """Random points that find the room that is left."""
 
+ROUNDS = 16
+"""Times that points are drawn ever nearer to the best ones before nothing is said to fit."""
+
+BEST = 100
+"""Points that others are drawn near to."""
+
 
 def aim_of(region: Region, rule: str) -> Aim:
     """Return which places are best by a rule, ``lowest`` or ``nearest``."""
@@ -74,10 +80,7 @@ class Starts:
         """Place a draw where there is room for it, if anywhere, and let the front go on from there."""
         growth, aim = self._growth, self._growth.rule.aim
         radius = float(growth.front.draw[draw])
-        low, high = self._region.bounds
-        points = low + self._rng.random((SAMPLES, 3)) * (high - low)
-        points = points[free_points(growth.bed, points, radius)]
-        points = points[self._region.clearance(points, radius) >= 0.0]
+        points = self._room_for(radius)
         if len(points) == 0:
             return False
         if aim.kind == ALTITUDE:
@@ -89,6 +92,25 @@ class Starts:
         number = set_down(growth.bed, growth.front, best, draw)
         growth.provide(np.array([number], np.int64))
         return True
+
+    def _room_for(self, radius: float) -> Float64Array:
+        """Return random points at which a sphere overlaps nothing, shape (P, 3).
+
+        A zone hardly wider than the sphere holds few of them. While it is empty, more points are drawn about
+        those that lack least, half as far away each time.
+        """
+        growth, (low, high) = self._growth, self._region.bounds
+        points = low + self._rng.random((SAMPLES, 3)) * (high - low)
+        for half in range(1, ROUNDS + 1):
+            points = points[free_points(growth.bed, points, radius)]
+            room = self._region.clearance(points, radius)
+            given_up = half == ROUNDS or len(points) == 0
+            if given_up or growth.count > growth.first or (room >= 0.0).any():
+                break
+            best = points[np.argsort(-room, kind="stable")[:BEST]]
+            around = np.repeat(best, SAMPLES // BEST, axis=0)
+            points = around + (self._rng.random(around.shape) - 0.5) * 0.5**half * (high - low)
+        return points[room >= 0.0]
 
     def loosely(self, spheres: Int64Array, draw: int) -> bool:
         """Let one of some spheres keep a place with fewer than three contacts; tell whether it does."""

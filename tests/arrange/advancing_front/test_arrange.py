@@ -48,7 +48,8 @@ def test_every_sphere_touches_three_others_or_walls_to_rounding(tmp_path, vessel
     assert contact_counts(bed).min() >= 3
     check = check_bed(bed)
     assert max(check.overlap_max, check.wall_overlap_max) * bed.radius.min() <= 1.0e-14
-    assert fraction(bed) > 0.45
+    # 20 seeds each: 0.482 to 0.607. Widest are spheres, the lowest first: 0.523 +- 0.017, from 0.487 on.
+    assert fraction(bed) > 0.43
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -67,13 +68,14 @@ def test_large_and_small_spheres_wait_for_each_other_no_longer_than_a_layer(tmp_
     way = bed.position[:, 2] if rule == "lowest" else np.linalg.norm(bed.position, axis=1)
     order = np.argsort(way)[250:-250]  # away from the start and the free surface
     means = [part.mean() for part in np.array_split(bed.radius[order], 5)]
-    assert np.ptp(means) < 0.12 * np.mean(means)
+    assert np.ptp(means) < 0.13 * np.mean(means)  # 20 seeds: 0.023 +- 0.009 and 0.043 +- 0.012, up to 0.073
 
 
 def test_a_bed_until_full_keeps_the_law(tmp_path):
     bed = front(tmp_path, CUBE, uniform(0.02, 0.06)).bed
     expected = np.sort(bed.radius)
     law = 0.02 + 0.04 * (np.arange(bed.count) + 0.5) / bed.count
+    # 20 seeds: 0.0155 +- 0.0020 of the law's width, up to 0.018; draws that wait take 0.02 of it at most.
     assert np.abs(expected - law).max() < 0.02 * 0.04 + 0.04 * 40 / bed.count
 
 
@@ -88,6 +90,7 @@ def test_two_sizes_have_their_shares(tmp_path):
 @pytest.mark.parametrize("rule", RULES)
 def test_beds_are_dense_and_no_crystals(tmp_path, rule):
     bed = front(tmp_path, CUBE, constant(0.035), rule=rule).bed
+    # 20 seeds: 0.605 +- 0.002 and 0.614 +- 0.001; crystals 0.002 +- 0.001 and 0.004 +- 0.002, up to 0.008.
     assert solid_fraction(bed).core > 0.58
     assert local_order(bed, core_of(bed)).crystal < 0.05
 
@@ -97,7 +100,7 @@ def test_broad_sizes_are_denser_than_equal_ones(tmp_path):
         solid_fraction(front(tmp_path, CUBE, sizes).bed).core
         for sizes in (constant(0.04), uniform(0.015, 0.075))
     ]
-    assert found[1] > found[0] + 0.01
+    assert found[1] > found[0] + 0.01  # 20 seeds: 0.647 +- 0.004 and 0.606 +- 0.001
 
 
 def test_spheres_of_the_lowest_rule_lie_where_their_contacts_bear_them(tmp_path):
@@ -108,7 +111,7 @@ def test_spheres_of_the_lowest_rule_lie_where_their_contacts_bear_them(tmp_path)
         way = bed.position - bed.position[i]
         touching = np.abs(np.linalg.norm(way, axis=1) - bed.radius - bed.radius[i]) < 1e-12
         support[i] = (touching & (way[:, 2] < 0.0)).any() or bed.position[i, 2] - bed.radius[i] < 1e-12
-    assert support.mean() > 0.99
+    assert support.mean() > 0.99  # 20 seeds: 0.9998 +- 0.0006, from 0.998 on
 
 
 @pytest.mark.slow
@@ -164,8 +167,11 @@ def test_a_few_spheres_lie_on_the_floor(tmp_path, count):
     assert np.allclose(bed.position[:, 2], 0.1, atol=1e-12)
 
 
-def test_a_tube_hardly_wider_than_a_sphere_holds_a_column(tmp_path):
-    bed = front(tmp_path, {"cylinder": {"radius": 0.061, "height": 1.0}}, constant(0.06)).bed
+@pytest.mark.parametrize("width", [0.061, 0.06001])  # of 40 seeds 4 and 40 have no point by chance
+@pytest.mark.parametrize("seed", [0, 5])
+def test_a_tube_hardly_wider_than_a_sphere_holds_a_column(tmp_path, width, seed):
+    tube = {"cylinder": {"radius": width, "height": 1.0}}
+    bed = front(tmp_path, tube, constant(0.06), seed=seed).bed
     assert bed.count == 8
     gaps = np.linalg.norm(np.diff(bed.position[np.argsort(bed.position[:, 2])], axis=0), axis=1) - 0.12
     assert np.abs(gaps).max() < 1e-12

@@ -16,9 +16,9 @@ TETRAHEDRON = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / n
 FINES = {"radius_distribution": "free", "radius_min": 0.03, "name": "fines"}
 
 
-def filled(folder, container, sets, **fill):
+def filled(folder, container, sets, seed=0, **fill):
     params = {"rule": "lowest", "fill": {"radius_min": 0.03, **fill}}
-    keys = {"algorithm": "ADVANCING_FRONT", "params": params, "zones": [{}]}
+    keys = {"algorithm": "ADVANCING_FRONT", "params": params, "zones": [{}], "seed": seed}
     return run_scene(folder, container, [sets, FINES], **keys)
 
 
@@ -46,9 +46,17 @@ def test_spheres_in_voids_touch_four_others_or_walls(tmp_path, vessel):
     }[vessel]
     bed = filled(tmp_path, container, uniform(0.04, 0.12)).bed
     fines = bed.set_index == 1
-    assert fines.sum() > 50
+    assert fines.sum() > 200  # 20 seeds: 430 +- 12, 320 +- 11 and 394 +- 16
     assert (bed.radius[fines] >= 0.03).all()
     assert contact_counts(bed)[fines].min() >= 4
+
+
+@pytest.mark.parametrize("seed", [14, 19])  # in these a sphere with too few contacts is moved across a seam
+def test_a_sphere_that_is_moved_across_a_seam_keeps_its_room(tmp_path, seed):
+    container = {**box([0] * 3, [1] * 3), "periodic": ["x", "y"]}
+    bed = filled(tmp_path, container, uniform(0.04, 0.12), seed).bed
+    assert (bed.position[:, :2] >= 0.0).all()
+    assert (bed.position[:, :2] < 1.0).all()
 
 
 def test_filling_stops_at_the_fraction_asked_for(tmp_path):
