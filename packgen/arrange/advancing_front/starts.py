@@ -110,7 +110,7 @@ class Starts:
             best = points[np.argsort(-room, kind="stable")[:BEST]]
             around = np.repeat(best, SAMPLES // BEST, axis=0)
             points = around + (self._rng.random(around.shape) - 0.5) * 0.5**half * (high - low)
-        return points[room >= 0.0]
+        return np.asarray(points[room >= 0.0])
 
     def loosely(self, spheres: Int64Array, draw: int) -> bool:
         """Let one of some spheres keep a place with fewer than three contacts; tell whether it does."""
