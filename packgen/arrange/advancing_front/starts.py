@@ -100,17 +100,18 @@ class Starts:
         those that lack least, half as far away each time.
         """
         growth, (low, high) = self._growth, self._region.bounds
-        points = low + self._rng.random((SAMPLES, 3)) * (high - low)
-        for half in range(1, ROUNDS + 1):
+        points, spread = low + self._rng.random((SAMPLES, 3)) * (high - low), high - low
+        for number in range(ROUNDS):
             points = points[free_points(growth.bed, points, radius)]
             room = self._region.clearance(points, radius)
-            given_up = half == ROUNDS or len(points) == 0
+            given_up = number == ROUNDS - 1 or len(points) == 0
             if given_up or growth.count > growth.first or (room >= 0.0).any():
                 break
             best = points[np.argsort(-room, kind="stable")[:BEST]]
             around = np.repeat(best, SAMPLES // BEST, axis=0)
-            points = around + (self._rng.random(around.shape) - 0.5) * 0.5**half * (high - low)
-        return np.asarray(points[room >= 0.0])
+            spread = 0.5 * spread
+            points = around + (self._rng.random(around.shape) - 0.5) * spread
+        return points[room >= 0.0]
 
     def loosely(self, spheres: Int64Array, draw: int) -> bool:
         """Let one of some spheres keep a place with fewer than three contacts; tell whether it does."""

@@ -57,6 +57,7 @@ def test_the_gap_is_kept_to_spheres_and_walls_to_rounding(tmp_path, name, sizes)
     result = dispersed(tmp_path, (VESSELS | PERIODIC)[name], sizes, {"solid_fraction": 0.3, "gap": 0.15})
     assert result.zones[0].left_over == 0
     between, at_walls = gaps_of(result.bed)
+    # Some pair comes near to what is allowed. 20 seeds each: up to 0.1533 and 0.164.
     assert 0.15 - 1e-9 <= between < 0.2
     assert 0.15 - 1e-9 <= at_walls < 0.3
 
@@ -67,7 +68,7 @@ def test_a_gap_with_a_unit_is_a_length_for_small_and_large_spheres_alike(tmp_pat
         pairs.gap.min()
         for pairs in near_pairs(bed.position, bed.radius, gap_fraction=1.0, period=bed.container.period)
     ]
-    assert 0.008 - 1e-12 <= min(gaps) < 0.009
+    assert 0.008 - 1e-12 <= min(gaps) < 0.009  # 20 seeds: up to 0.00804
     assert (wall_clearance(bed.container, bed.position, bed.radius) - bed.radius).min() >= 0.008 - 1e-12
 
 
@@ -203,6 +204,7 @@ def test_slabs_between_the_walls_hold_the_same_and_the_walls_lack_no_more_than_g
     counts = np.array(counts)
     mean = counts.mean()
     # Hard spheres scatter by less than the noise of counting, a share that goes with their compressibility.
+    # 21 seeds, three a time: 3.9 +- 0.9 of 11.7 allowed, a deviation of 4.7 +- 0.5, 4309 +- 15 near walls.
     assert np.abs(counts.mean(axis=0) - mean).max() < 3.0 * math.sqrt(mean / len(counts))
     assert counts.std() < 0.8 * math.sqrt(mean)
     # Centres within three radii of a wall: at least as many as in an even share of the space they can reach.
@@ -215,4 +217,4 @@ def test_the_core_has_the_fraction_asked_of_it(tmp_path):
     for seed in range(3):
         zone = {"solid_fraction": {"value": 0.4, "of": "core"}}
         found.append(solid_fraction(dispersed(tmp_path, CUBE, constant(0.04), zone, seed=seed).bed).core)
-    assert np.mean(found) == pytest.approx(0.4, abs=0.01)
+    assert np.mean(found) == pytest.approx(0.4, abs=0.015)  # 21 seeds, three a time: 0.395 to 0.400

@@ -55,6 +55,7 @@ def test_the_largest_void_comes_first():
     placed = np.array([[0.25, 0.25, 0.25], [0.25, 0.75, 0.25]]), np.array([0.2, 0.2])
     points = voids(room_of(), np.full(3, 0.1), 0.1, placed, np.random.default_rng(0))
     assert len(points) == 3
-    assert points[0] == pytest.approx([0.9, 0.5, 0.9], abs=0.25)
+    # Along y the void is nearly as wide everywhere. 20 seeds: 0.88 +- 0.01 and 0.89 +- 0.01, from 0.85 on.
+    assert points[0, [0, 2]] == pytest.approx([0.9, 0.9], abs=0.1)
     apart = np.linalg.norm(points[:, None] - points, axis=2)[np.triu_indices(3, 1)]
     assert apart.min() >= 0.2

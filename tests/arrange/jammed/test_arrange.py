@@ -120,7 +120,7 @@ def test_a_mesh_jams_and_is_scaled(name, tmp_path):
     result = jammed(tmp_path, container, constant(0.1), {"n_particles": 60})
     assert result.jamming.overlap_max < 1e-11
     assert result.jamming.factor != 1.0
-    assert 0.35 < fraction(result) < 0.6
+    assert 0.35 < fraction(result) < 0.6  # 20 seeds: 0.487 +- 0.003 and 0.539 +- 0.005
     corners = result.bed.container.surface.vertices
     assert corners.max(axis=0) - corners.min(axis=0) == pytest.approx(result.jamming.extent)
 
@@ -172,7 +172,7 @@ def test_a_tube_of_one_and_a_half_diameters_is_filled(tmp_path):
     tube = {"cylinder": {"radius": 0.075, "height": 2.0}}
     result = jammed(tmp_path, tube, constant(0.05), {}, adjust="count")
     assert result.jamming.factor == 1.0
-    # A zigzag that touches itself and the wall fills 0.47, one file of spheres 0.30.
+    # A zigzag that touches itself and the wall fills 0.47, one file of spheres 0.30. 20 seeds: 0.326 each.
     assert 0.30 < fraction(result) < 0.47
 
 
@@ -183,8 +183,9 @@ def test_a_container_that_stays_gets_the_number_that_it_holds(name, tmp_path):
     assert proof.adjusted == "count"
     assert proof.factor == 1.0
     assert proof.extent == proof.extent_asked
-    # At most what was left to spare, and the volume of a sphere or two.
-    assert 0.0 <= proof.slack < 0.02
+    # At most what was left to spare, and the volume of a sphere or two. 20 seeds each: 0.004 +- 0.004, in the
+    # cone up to 0.018, and fractions of 0.565 to 0.621.
+    assert 0.0 <= proof.slack < 0.04
     assert fraction(result) > 0.5
 
 
@@ -193,7 +194,7 @@ def test_a_location_is_filled_where_the_container_stays(tmp_path):
     bed = jammed(tmp_path, CUBE, constant(0.05), zone, adjust="count", certificate=False).bed
     assert bed.position[:, 2].min() >= 0.25 * (1.0 - 1e-9)
     assert bed.position[:, 2].max() <= 0.75 * (1.0 + 1e-9)
-    assert bed.count * 4.0 / 3.0 * np.pi * 0.05**3 / 0.6 > 0.54
+    assert bed.count * 4.0 / 3.0 * np.pi * 0.05**3 / 0.6 > 0.54  # 20 seeds: 0.579 +- 0.002
 
 
 REFUSED = {
@@ -229,7 +230,7 @@ def test_the_digits_of_a_length_do_not_matter(tmp_path):
     far = {**box([1000, -1000, 500], [1001, -999, 501]), "periodic": ["x", "y", "z"]}
     result = jammed(tmp_path, far, constant(0.05), {"n_particles": 60})
     assert result.jamming.overlap_max < 1e-9
-    assert 0.58 < fraction(result) < 0.70
+    assert 0.58 < fraction(result) < 0.72  # 20 seeds: 0.642 +- 0.012, up to 0.669
 
 
 @pytest.mark.slow

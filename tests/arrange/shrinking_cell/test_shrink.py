@@ -42,8 +42,9 @@ def densest(radius, starts, seed=0):
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_a_few_starts_find_the_densest_known_structure(name):
     radius, fraction = STRUCTURES[name]
-    # 60 % of the starts lead to CsCl, more to all others: that eight miss it has a chance of 1 in 1,500.
-    cell = densest(radius, 8 if name == "CsCl" else 3)
+    # 60 % of the starts lead to CsCl, 20 of 24 to that of four spheres, and 24 of 24 to all others: that as
+    # many as here miss one has a chance of 1 in 1,500 at most.
+    cell = densest(radius, {"CsCl": 8, "four spheres": 4}.get(name, 2))
     assert cell.fraction == pytest.approx(fraction, abs=1e-10)
 
 
@@ -69,10 +70,10 @@ def test_nothing_overlaps_by_all_images_one_by_one():
 def test_a_start_is_loose_and_every_step_makes_it_denser():
     radius = np.array([1.0, 0.5, 0.5, 0.5])
     start = random_cell(radius, 0.1, np.random.default_rng(3))
-    assert start.fraction <= 0.1
+    assert start.fraction <= 0.1 * (1.0 + 1e-12)
     first, _, _ = near_pairs(start.center, radius, start.vectors, 0.0)
     assert len(first) == 0
-    assert shrunk(start, radius, Reach()).fraction > 0.6
+    assert shrunk(start, radius, Reach()).fraction > 0.6  # 30 seeds: 0.655 to 0.744
 
 
 def test_a_shaken_cell_has_no_overlap_and_a_start_is_as_dense_as_before_it_was_shaken_or_denser():
@@ -112,7 +113,7 @@ def test_pairs_of_a_skewed_cell_are_those_of_its_reduced_one():
         np.sort(np.linalg.norm(near_pairs(center, radius, each, 0.7)[2], axis=1)) for each in (cell, skewed)
     ]
     assert lengths[0] == pytest.approx(lengths[1])
-    assert len(lengths[0]) > 20
+    assert len(lengths[0]) > 15  # 20 seeds: 46 +- 5, from 38 on
 
 
 @pytest.mark.slow
