@@ -111,7 +111,7 @@ class Starts:
             around = np.repeat(best, SAMPLES // BEST, axis=0)
             spread = 0.5 * spread
             points = around + (self._rng.random(around.shape) - 0.5) * spread
-        return points[room >= 0.0]
+        return np.asarray(points[room >= 0.0])
 
     def loosely(self, spheres: Int64Array, draw: int) -> bool:
         """Let one of some spheres keep a place with fewer than three contacts; tell whether it does."""
