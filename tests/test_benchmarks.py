@@ -26,6 +26,12 @@ speed_against_error = importlib.import_module("speed_against_error")
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="liggghts is not installed")
 
 
+def rows_of(table: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file, without the lines that say how it was made."""
+    with table.open(encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
 def run(script: str, folder: Path, *options: str, drawn: bool = True) -> tuple[list[dict[str, str]], str]:
     """Run a script from an empty folder; return the rows of its CSV and its table."""
     (folder / "elsewhere").mkdir()
@@ -37,9 +43,9 @@ def run(script: str, folder: Path, *options: str, drawn: bool = True) -> tuple[l
     names = {path.name for path in (folder / "out").iterdir()}
     assert names == {f"{script}.csv", f"{script}.txt", *([f"{script}.png"] if drawn else [])}
     assert not drawn or (folder / "out" / f"{script}.png").read_bytes().startswith(b"\x89PNG")
-    with (folder / "out" / f"{script}.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    return rows, (folder / "out" / f"{script}.txt").read_text(encoding="utf-8")
+    return rows_of(folder / "out" / f"{script}.csv"), (folder / "out" / f"{script}.txt").read_text(
+        encoding="utf-8"
+    )
 
 
 @pytest.mark.slow
@@ -249,8 +255,7 @@ def test_jammed_tells_time_fraction_and_proof(tmp_path, capsys):
     script = importlib.import_module("jammed")
     script.main(["--equal", "50", "--mixed", "0", "--repeats", "1", "--out", str(tmp_path)])
     assert len(script.cases([50], 600)) >= 1 + len(script.laws())
-    with (tmp_path / "jammed.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "jammed.csv")
     ours = [row for row in rows if row["method"] == "packgen"]
     assert [row["sizes"] for row in ours] == ["equal"]
     assert float(ours[0]["overlap"]) < 1e-11
@@ -263,8 +268,7 @@ def test_jammed_tells_time_fraction_and_proof(tmp_path, capsys):
 def test_shrinking_cell_tells_how_many_starts_hit(tmp_path, capsys):
     script = importlib.import_module("shrinking_cell")
     script.main(["--starts", "3", "--cases", "2 equal", "NaCl", "--out", str(tmp_path)])
-    with (tmp_path / "shrinking_cell.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "shrinking_cell.csv")
     assert [row["cell"] for row in rows] == ["2 equal"] * 3 + ["NaCl"] * 3
     assert max(float(row["fraction"]) - float(row["known"]) for row in rows) < 1e-9
     assert "column = 17 us" in (tmp_path / "shrinking_cell.txt").read_text()
@@ -274,8 +278,7 @@ def test_shrinking_cell_tells_how_many_starts_hit(tmp_path, capsys):
 def test_optimal_holds_radii_against_the_best_known(tmp_path, capsys):
     script = importlib.import_module("optimal")
     script.main(["--cube", "1", "3", "--sphere", "4", "--no-choices", "--out", str(tmp_path)])
-    with (tmp_path / "optimal.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "optimal.csv")
     assert [row["container"] + row["spheres"] for row in rows] == ["sphere4", "cube1", "cube3"]
     assert all(abs(float(row["found"]) - float(row["known"])) < 1e-8 for row in rows)
     assert "within 1e-8: 2 in the cube, 1 in the sphere" in (tmp_path / "optimal.txt").read_text()
@@ -285,8 +288,7 @@ def test_optimal_holds_radii_against_the_best_known(tmp_path, capsys):
 def test_void_filling_tells_time_and_coverage_of_five_bodies(tmp_path, capsys):
     script = importlib.import_module("void_filling")
     script.main(["--spheres", "12", "--many", "15", "--facets", "2", "--out", str(tmp_path)])
-    with (tmp_path / "void_filling.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "void_filling.csv")
     assert [int(row["spheres"]) for row in rows] == [12] * 5 + [15]
     assert all(float(row["overlap"]) == 0.0 and 0.4 < float(row["coverage"]) < 0.9 for row in rows)
     assert "Mean coverage of the five bodies" in capsys.readouterr().out
@@ -297,8 +299,7 @@ def test_advancing_front_tells_time_and_fraction_of_boxes_and_meshes(tmp_path):
     script = importlib.import_module("advancing_front")
     options = ["--spheres", "300", "--meshed", "300", "--facets", "200", "--lattice", "4", "--repeats", "1"]
     script.main([*options, "--rules", "lowest", "--out", str(tmp_path)])
-    with (tmp_path / "advancing_front.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "advancing_front.csv")
     assert [row["sizes"] for row in rows] == ["equal", "1:2", "1:5", "1:2", "1:2"]
     assert all(float(row["overlap"]) < 1e-12 and 0.3 < float(row["fraction"]) < 0.7 for row in rows)
     assert "column = 17 us" in (tmp_path / "advancing_front.txt").read_text()
@@ -308,12 +309,10 @@ def test_advancing_front_tells_time_and_fraction_of_boxes_and_meshes(tmp_path):
 def test_clumps_are_timed_and_known_shapes_packed(tmp_path):
     script = importlib.import_module("clumps")
     script.main(["--parts", "speed", "curve", "--clumps", "30", "--judged", "40", "--out", str(tmp_path)])
-    with (tmp_path / "clumps_speed.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "clumps_speed.csv")
     assert [(row["spheres each"], row["clumps"]) for row in rows] == [("3", "30"), ("8", "30"), ("20", "30")]
     assert all(float(row["overlap / r"]) <= 1e-6 for row in rows)
-    with (tmp_path / "clumps_curve.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "clumps_curve.csv")
     assert len(rows) == 2 * 14
     assert {row["clumps"] for row in rows} == {"40"}
     assert (tmp_path / "clumps.png").read_bytes().startswith(b"\x89PNG")
@@ -338,8 +337,7 @@ def test_poured_clumps_are_trimmed_until_none_overlaps_and_judged():
 def test_clump_makers_are_measured_on_every_stone(tmp_path):
     script = importlib.import_module("clump_makers")
     script.main(["--spheres", "4", "--out", str(tmp_path)])
-    with (tmp_path / "clump_makers.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "clump_makers.csv")
     ours = [row for row in rows if row["made by"].startswith("packgen")]
     assert [row["stone"] for row in ours] == ["crushed"] * 2 + ["pebble"] * 2 + ["shard"] * 2 + ["pebble"]
     # Best fitting spheres have the stone's volume; inscribed ones lack some of it.
@@ -354,8 +352,7 @@ def test_solver_agreement_holds_pairs_against_the_law(tmp_path, capsys):
     options = ["--scenes", "furnace", "--spheres", "100", "--solvers", "liggghts", "--free-fall-times", "0.2"]
     assert script.main(["--out", str(tmp_path), *options]) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"solver_agreement.csv", "solver_agreement.txt"}
-    with (tmp_path / "solver_agreement.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = rows_of(tmp_path / "solver_agreement.csv")
     assert [row["bed"] for row in rows] == ["grown", "as packed"]
     assert int(rows[0]["pairs"]) == int(rows[0]["pairs_by_geometry"]) > 0
     assert all(float(row["off_the_law"]) < 1e-9 and row["lost"] == "0" for row in rows)
