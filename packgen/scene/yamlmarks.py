@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 
 import yaml
 
-from packgen.errors import SceneError
+from packgen.errors import SceneError, printable
 
 __all__ = [
     "Key", "Location", "Mark", "MarkedData", "joined", "parse_yaml", "path_location", "path_text",
@@ -197,6 +197,7 @@ def parse_yaml(text: str, name: str, *, spell: Callable[[str], str] = str) -> Ma
         SceneError: The text is not YAML, too large or too deep, or uses what scenes do without: several
             documents, tags, merge keys, keys that are lists, keys that come twice.
     """
+    name = printable(name)  # also for what is told of a scene that is none of its faults
     if len(text) > SIZE_LIMIT:
         raise SceneError([_too_large(name, len(text))])
     builder = _Builder(name, spell)
