@@ -38,7 +38,7 @@ SCORE_MAX = 8.5
 """Above it the normal integral is 1 to rounding; below its negative the power series loses its digits."""
 
 FRACTION_TERMS = 60
-"""Of the continued fraction of the normal integral's tail; at 8.5 they leave less than 1e-70 of it."""
+"""Of the continued fraction of the normal integral's tail; from 8.5 on the rest is less than 1e-43 of it."""
 
 OCTAVE_SLACK = 1.0e-9
 """Ratios this close below a power of two count as the power."""
